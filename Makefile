@@ -1,0 +1,46 @@
+# `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
+
+.DEFAULT_GOAL := help
+.PHONY: help study test test-slow lint lock data clean
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+PRESET ?= full
+CORES ?= 2
+export PYTHON
+export MPLBACKEND ?= Agg
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+
+$(READY): requirements.lock pyproject.toml scripts/find-python
+	@python=$$(sh scripts/find-python) && echo "setting up $(VENV) with $$python" && "$$python" -m venv --clear $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@$(BIN)/python -m compileall -q -j $(CORES) $(VENV)/lib >/dev/null || true
+	@touch $@
+
+study: $(READY) ## fit, check and draw the shipped data into reports/ (PRESET=quick for a short one)
+	@$(BIN)/muscle-bayes study --preset $(PRESET)
+
+test: $(READY) lint ## lint and test, under 15 minutes on two cores
+	@$(BIN)/python -m pytest -n $(CORES) -m "not slow"
+
+test-slow: $(READY) ## the long statistical tests
+	@$(BIN)/python -m pytest -m slow
+
+lint: $(READY) ## style, types and the direction of imports
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+data: $(READY) ## write the shipped synthetic runs anew, byte for byte
+	@$(BIN)/muscle-bayes simulate shipped --out data
+
+lock: ## pin every dependency again (needs uv)
+	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml --output-file requirements.lock
+
+clean: ## remove the environment and caches
+	rm -rf $(VENV) .cache

@@ -1,0 +1,1 @@
+"""Bayesian calibration of artificial muscles and of the rigs that test them."""
