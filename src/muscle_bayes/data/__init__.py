@@ -1,0 +1,44 @@
+"""Runs: reading, repairing, writing."""
+
+from muscle_bayes.data.elements import (
+    ArmElement,
+    Element,
+    MuscleElement,
+    NoElement,
+    SpringElement,
+)
+from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.log import HEADER
+from muscle_bayes.data.metadata import Metadata, Origin, Protocol
+from muscle_bayes.data.metadata_file import read_metadata
+from muscle_bayes.data.reader import find_runs, read_run, read_runs
+from muscle_bayes.data.repair import Repair
+from muscle_bayes.data.run import Run
+from muscle_bayes.data.sensor import Sensor
+from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer
+from muscle_bayes.data.writer import write_run
+
+__all__ = [
+    "HEADER",
+    "ArmElement",
+    "Columns",
+    "Element",
+    "Fixture",
+    "Load",
+    "Metadata",
+    "MuscleElement",
+    "NoElement",
+    "Origin",
+    "Potentiometer",
+    "Protocol",
+    "Repair",
+    "Run",
+    "RunError",
+    "Sensor",
+    "SpringElement",
+    "find_runs",
+    "read_metadata",
+    "read_run",
+    "read_runs",
+    "write_run",
+]

@@ -1,0 +1,1 @@
+"""The plant: linkages, elements, friction, load, effects, and the two ways of moving it in time."""

@@ -1,0 +1,100 @@
+"""`muscle-bayes inspect`: what a run holds and what was repaired in it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from muscle_bayes.cli.common import EXIT_USER_ERROR, JsonOption, print_error, write_json
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from muscle_bayes.data import Run
+
+_FIGURES = Path("reports/inspect")
+
+
+def inspect(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
+    ],
+    json: JsonOption = None,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Figure of the one run, PNG.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help=f"Folder of the figures, NAME.png.  [default: {_FIGURES}]"
+        ),
+    ] = None,
+) -> None:
+    """Show what runs hold, what was repaired in them, and draw them."""
+    from rich.console import Console
+
+    from muscle_bayes.data import find_runs
+
+    logs = find_runs(runs)
+    _check_figure(figure, out, len(logs))
+    console = Console()
+    described: list[dict[str, Any]] = []
+    failed: list[dict[str, Any]] = []
+    for log in logs:
+        target = figure or (out or _FIGURES) / f"{log.stem}.png"
+        try:
+            described.append(_inspect_one(log, target, console))
+        except MuscleBayesError as error:
+            print_error(error)
+            failed.append({"path": log, "error": str(error)})
+    if json is not None:
+        write_json(json, {"runs": described, "failed": failed})
+    if failed:
+        raise typer.Exit(EXIT_USER_ERROR)
+
+
+def _check_figure(figure: Path | None, out: Path | None, runs: int) -> None:
+    if figure is None:
+        return
+    if figure.suffix != ".png":
+        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Mend: end the name in .png.")
+    if out is not None or runs > 1:
+        why = f"{runs} runs need a figure each" if runs > 1 else "given together with --out"
+        raise MuscleBayesError(f"--figure {figure}: {why}. Mend: give --out DIR alone.")
+
+
+def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
+    from muscle_bayes.data import read_run
+    from muscle_bayes.report.run_figure import run_figure
+    from muscle_bayes.report.run_summary import summarise
+    from muscle_bayes.report.style import save
+
+    run = read_run(log)
+    summary = summarise(run)
+    _print(run, summary, console)
+    try:
+        save(run_figure(run), target)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MuscleBayesError(
+            f"{target}: cannot be written: {reason}. Mend: give another --figure or --out."
+        ) from None
+    console.print(f"figure: {target}\n", soft_wrap=True, markup=False, highlight=False)
+    return summary | {"figure": target}
+
+
+def _print(run: "Run", summary: dict[str, Any], console: "Console") -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from muscle_bayes.report.run_summary import summary_lines
+
+    table = Table(title=Text(run.name), show_header=False, title_justify="left", title_style="bold")
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for label, told in summary_lines(summary):
+        loud = label == "origin" and run.metadata.origin == "synthetic"
+        table.add_row(label, Text(told, style="bold reverse yellow" if loud else ""))
+    console.print(table)

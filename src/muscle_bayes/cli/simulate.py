@@ -1,0 +1,206 @@
+"""`muscle-bayes simulate`: synthetic runs with a known truth."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from muscle_bayes.twin import Rig, SimulatedRun
+
+ProtocolArgument = Literal["spring", "staircase", "sawtooth", "free", "shipped"]
+
+
+def simulate(
+    protocol: Annotated[
+        ProtocolArgument,
+        typer.Argument(
+            help="spring: reference spring, weights released. staircase: setpoint in steps, a run "
+            "per load. sawtooth: fast cycles, load poured on in between. free: see --stages. "
+            "shipped: the set in data/, which takes no option but --out and --json.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the runs.")],
+    name: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Name of the run; NAME-1, NAME-2, ... if there are more."
+        ),
+    ] = None,
+    mass: Annotated[
+        list[float] | None,
+        typer.Option(metavar="G", help="Load in grams; repeat it for more runs or pours."),
+    ] = None,
+    friction: Annotated[
+        Literal["coulomb", "linear"] | None,
+        typer.Option(help="Friction law, with J and D of Table 1; coulomb unless said."),
+    ] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[:PARAM=VALUE,...]",
+            help="Hidden effect: viscous-friction, bias-torque, coil-contact, thermal-lag; "
+            "repeatable.",
+        ),
+    ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RIG.toml",
+            help="What differs from the default rig: tables fixture, element_a, truth, "
+            "truth.muscle_a, effects.NAME and so on.",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="PARAM=VALUE",
+            help="One value of the rig, e.g. J=0.0013, muscle_a.K_hyst=400, "
+            "element_a.heater_length=0.075; repeatable, comes after --rig.",
+        ),
+    ] = None,
+    stages: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Protocol free, as TOML: load, initial_angle and an array of tables named stage, "
+            "each with setpoint_a, setpoint_b, duration, wait, load, pour_time.",
+        ),
+    ] = None,
+    log_period: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Time aimed at between rows, s; 0.03 unless said."),
+    ] = None,
+    seed: SeedOption = 0,
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="True parameters; DIR/truth.toml unless said."),
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """Write synthetic runs and, apart from them, the truth behind them.
+
+    The simulator shares no model or integration code with the inference. Equal options and seed
+    write equal bytes. A measured run is never replaced.
+    """
+    from muscle_bayes.twin.plans import plan_runs
+    from muscle_bayes.twin.shipped import write_shipped
+    from muscle_bayes.twin.storage import TRUTH_FILE, check_free, save_runs
+
+    target = truth or out / TRUTH_FILE
+    if protocol == "shipped":
+        given = (name, mass, friction, effect, rig, settings, stages, log_period, truth)
+        if seed != 0 or any(value is not None and value != [] for value in given):
+            raise MuscleBayesError("shipped: the set is fixed. Mend: give --out and --json only.")
+        with _Progress() as progress, _files(out):
+            runs = write_shipped(out, progress.tell)
+    else:
+        built = _rig(protocol, friction, effect or [], rig, settings or [])
+        plan = plan_runs(
+            protocol,
+            built,
+            [grams / 1000 for grams in mass or []],
+            name=name,
+            stages=stages,
+            log_period=log_period,
+        )
+        check_free(out, list(plan))
+        with _Progress() as progress:
+            runs = progress.simulate(built, plan, seed)
+        with _files(out):
+            save_runs(out, runs, truth)
+    _report(runs, out, target, seed, json)
+
+
+def _rig(
+    protocol: str, friction: str | None, effects: list[str], path: Path | None, settings: list[str]
+) -> "Rig":
+    from dataclasses import replace
+
+    from muscle_bayes.twin import COULOMB_TABLE_1, LINEAR_TABLE_1, Rig, parse_effect, spring_rig
+    from muscle_bayes.twin.overrides import override, parse_setting, read_rig
+
+    rig = spring_rig(Rig()) if protocol == "spring" else Rig()
+    if friction is not None:
+        inertia, damping = LINEAR_TABLE_1 if friction == "linear" else COULOMB_TABLE_1
+        law = {"truth.friction_law": friction, "truth.J": inertia, "truth.D": damping}
+        rig = override(rig, law)
+    if path is not None:
+        rig = read_rig(path, rig)
+    rig = override(rig, dict(map(parse_setting, settings)))
+    hidden = (*rig.truth.effects, *map(parse_effect, effects))
+    return replace(rig, truth=replace(rig.truth, effects=hidden))
+
+
+@contextmanager
+def _files(out: Path) -> Iterator[None]:
+    """Tell of files that cannot be written as of any other error of the user's to mend."""
+    try:
+        yield
+    except OSError as error:
+        raise MuscleBayesError(
+            f"{error.filename or out}: cannot be written: {error.strerror or error}. "
+            "Mend: choose another --out or --truth."
+        ) from None
+
+
+class _Progress:
+    """One bar per run on a terminal, nothing elsewhere."""
+
+    def __enter__(self) -> "_Progress":
+        from rich.console import Console
+        from rich.progress import Progress, TaskID
+
+        self._bars = Progress(console=Console(stderr=True), transient=True)
+        self._tasks: dict[str, TaskID] = {}
+        self._bars.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bars.stop()
+
+    def tell(self, name: str, share: float) -> None:
+        """Note the share that is done of a run."""
+        if name not in self._tasks:
+            self._tasks[name] = self._bars.add_task(name, total=1.0)
+        self._bars.update(self._tasks[name], completed=share)
+
+    def simulate(self, rig: "Rig", plan: dict[str, Any], seed: int) -> "dict[str, SimulatedRun]":
+        """Simulate the runs of a plan one after the other."""
+        from functools import partial
+
+        from muscle_bayes.twin import simulate as simulate_run
+
+        return {
+            name: simulate_run(rig, protocol, (seed, number), partial(self.tell, name))
+            for number, (name, protocol) in enumerate(plan.items())
+        }
+
+
+def _report(
+    runs: "dict[str, SimulatedRun]", out: Path, truth: Path, seed: int, json: Path | None
+) -> None:
+    told = []
+    for name, run in runs.items():
+        rows, seconds = len(run.log), float(run.log.iloc[:, 0].max())
+        path = out / f"{name}.csv"
+        typer.echo(f"{path}: synthetic {run.metadata.protocol}, {rows} rows, {seconds:.1f} s")
+        told.append(
+            {
+                "name": name,
+                "path": path,
+                "protocol": run.metadata.protocol,
+                "rows": rows,
+                "duration": seconds,
+                "truth": run.truth,
+            }
+        )
+    typer.echo(f"{truth}: the truth behind them, for judging only")
+    if json is not None:
+        write_json(json, {"origin": "synthetic", "seed": seed, "truth_file": truth, "runs": told})

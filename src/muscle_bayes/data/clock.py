@@ -1,0 +1,121 @@
+"""The rules by which a log's time column is made to rise."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.repair import Floats, Ledger, Repair
+
+RESTART: Final = 1.0
+"""Backward jump from which a log is taken for restarted, s."""
+GAP: Final = 20.0
+"""A gap is a spacing of more than this many median spacings."""
+_BLOCK: Final = 100
+"""Rows within which the forward jump that belongs to a backward one is sought."""
+
+
+def drop_duplicates(ledger: Ledger) -> None:
+    """Rows with the time stamp of the row before: the first is kept."""
+    same = np.diff(ledger.columns["time"], prepend=np.nan) == 0
+    ledger.record("duplicate time", same, "time stamp of the row before: the first row kept")
+    ledger.drop(same)
+
+
+def mend_backward_jumps(ledger: Ledger) -> None:
+    """Make time rise where it jumps back by less than RESTART.
+
+    A backward jump that undoes a forward one near by means that the block of rows between them was
+    stamped late (or early): that block alone is shifted, so that the spacings at its two ends come
+    out equal, and the clock of all other rows stands. A backward jump without such a partner means
+    that the clock was set back: all later rows are shifted so that time goes on by the median
+    spacing. Raises RunError where the log was restarted.
+    """
+    time = ledger.columns["time"].copy()
+    back = np.flatnonzero(np.diff(time) < 0) + 1
+    if not back.size:
+        return
+    _refuse_restart(ledger, time, back)
+    median = _median_spacing(time)
+    blocks: list[int] = []
+    shifts: list[int] = []
+    for row in map(int, back):
+        if time[row] > time[row - 1]:  # mended together with the jump before
+            continue
+        if (block := _displaced_block(time, row, median)) is not None:
+            time[slice(*block[:2])] += block[2]
+            blocks.append(row)
+        else:
+            time[row:] += time[row - 1] + median - time[row]
+            shifts.append(row)
+    ledger.columns["time"] = time
+    note = "time jumps back: the block of rows stamped late or early was shifted into place"
+    _report(ledger, blocks, "displaced block", note)
+    note = f"time jumps back: later rows shifted to go on by the median spacing, {median:.4g} s"
+    _report(ledger, shifts, "clock set back", note)
+
+
+def gaps(time: Floats) -> list[tuple[float, float]]:
+    """Start and end of each spacing of more than GAP median spacings, in the unit of `time`."""
+    spacing = np.diff(time)
+    if not spacing.size:
+        return []
+    at = np.flatnonzero(spacing > GAP * _median_spacing(time))
+    return [(float(time[i]), float(time[i + 1])) for i in at]
+
+
+def report_gaps(ledger: Ledger) -> None:
+    """Report gaps; nothing is filled."""
+    time = ledger.columns["time"]
+    found = gaps(time)
+    if not found:
+        return
+    row = int(ledger.lines[np.searchsorted(time, found[0][1])])
+    longest = max(end - start for start, end in found)
+    note = f"spacings of more than {GAP:g} medians, the longest {longest:.4g} s: not filled"
+    ledger.repairs.append(Repair("gap", len(found), row, note))
+
+
+def _median_spacing(time: Floats) -> float:
+    spacing = np.diff(time)
+    rising = spacing[spacing > 0]
+    return float(np.median(rising)) if rising.size else 0.0
+
+
+def _displaced_block(time: Floats, row: int, median: float) -> tuple[int, int, float] | None:
+    """First row, end and shift of the block whose displacement ends or begins at `row`, if any.
+
+    A forward jump is the partner where, with the backward one, it leaves two ordinary spacings.
+    """
+    back = time[row] - time[row - 1]
+    before = np.diff(time[max(row - 1 - _BLOCK, 0) : row])
+    late = np.flatnonzero((before + back > 0) & (before + back < 3 * median))
+    if late.size:
+        first = row - before.size + int(late[-1])
+        return first, row, -float(before[late[-1]] - back) / 2
+    after = np.diff(time[row : row + 1 + _BLOCK])
+    early = np.flatnonzero((after + back > 0) & (after + back < 3 * median))
+    if early.size:
+        end = row + int(early[0]) + 1
+        return row, end, float(after[early[0]] - back) / 2
+    return None
+
+
+def _refuse_restart(ledger: Ledger, time: Floats, back: NDArray[np.intp]) -> None:
+    restarts = back[time[back - 1] - time[back] >= RESTART]
+    if restarts.size:
+        row = int(restarts[0])
+        raise RunError.at(
+            ledger.path,
+            f"time jumps back by {time[row - 1] - time[row]:.6g} s, the log was restarted there",
+            "make a run of each part, or remove the row before if its time stamp is wrong",
+            row=int(ledger.lines[row]),
+            column=ledger.names["time"],
+        )
+
+
+def _report(ledger: Ledger, rows: list[int], rule: str, note: str) -> None:
+    mask = np.zeros(ledger.lines.size, dtype=bool)
+    mask[rows] = True
+    ledger.record(rule, mask, note)

@@ -1,0 +1,108 @@
+"""One experiment: its table, its metadata, its sensor and what was repaired."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from muscle_bayes.conventions import PositionUnit
+from muscle_bayes.data.clock import gaps
+from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.repair import Repair
+from muscle_bayes.data.sensor import Sensor, sensor_of
+
+COLUMNS = (
+    "time",
+    "reading",
+    "temperature_a",
+    "temperature_b",
+    "setpoint_a",
+    "setpoint_b",
+    "load",
+    "applied",
+)
+"""Columns of a run's table."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run:
+    """A run as read.
+
+    `table` holds float64 columns: time [s after the first row kept, rising], reading [in the log's
+    own unit, as logged], temperature_a, temperature_b [C], setpoint_a, setpoint_b [C, NaN where
+    the log has none], load [kg], applied [N m, or N where motion is linear; 0 where none].
+    """
+
+    name: str
+    """file stem"""
+    path: Path | None
+    """the log's file"""
+    metadata: Metadata
+    table: pd.DataFrame
+    repairs: tuple[Repair, ...] = ()
+    checksum: str = ""
+    """sha256, hexadecimal, over the bytes of the log and of the metadata"""
+    start: float = 0.0
+    """the log's own time of the first row kept, s"""
+    dropped_lead: float = 0.0
+    """s between the log's first row and the first row kept"""
+
+    @property
+    def duration(self) -> float:
+        """s between first and last row."""
+        time = self.table["time"]
+        return float(time.iloc[-1] - time.iloc[0])
+
+    @property
+    def unit(self) -> PositionUnit:
+        """Unit of the readings."""
+        return self.metadata.position_unit
+
+    @cached_property
+    def sensor(self) -> Sensor:
+        """Conversion between readings and the rotor coordinate."""
+        return sensor_of(self.metadata, self.table["reading"].to_numpy())
+
+    @cached_property
+    def coordinate(self) -> np.ndarray:
+        """Rotor coordinate of each row, rad or m, shape (rows,)."""
+        return self.sensor.coordinate(self.table["reading"].to_numpy())
+
+    @cached_property
+    def load_steps(self) -> tuple[float, ...]:
+        """Times within the run at which the load changes, s on the table's clock."""
+        if (load := self.metadata.load) is not None:
+            times = np.asarray(load.time) - self.dropped_lead
+            changes = np.diff(load.mass, prepend=0.0) != 0
+            within = (times > 0) & (times <= self.duration)
+            return tuple(float(time) for time in times[changes & within])
+        mass, time = self.table["load"].to_numpy(), self.table["time"].to_numpy()
+        return tuple(float(at) for at in time[1:][np.diff(mass) != 0])
+
+    @property
+    def gaps(self) -> list[tuple[float, float]]:
+        """Start and end of each long gap in the log, s."""
+        return gaps(self.table["time"].to_numpy())
+
+    def __repr__(self) -> str:
+        return f"<Run {' | '.join(self._facts())}>"
+
+    def _repr_html_(self) -> str:
+        items = "".join(f"<li>{escape(str(repair))}</li>" for repair in self.repairs)
+        facts = escape(" | ".join(self._facts()))
+        repairs = f"<details><summary>repairs</summary><ul>{items}</ul></details>" if items else ""
+        return f"<div><b>Run</b> {facts}{repairs}{self.table.head()._repr_html_()}</div>"  # type: ignore[operator]
+
+    def _facts(self) -> list[str]:
+        repairs = sum(repair.count for repair in self.repairs)
+        return [
+            self.name,
+            self.metadata.protocol,
+            self.metadata.origin.upper() if self.metadata.origin == "synthetic" else "measured",
+            f"{len(self.table)} rows, {self.duration:.1f} s",
+            f"position in {self.unit}",
+            f"{repairs} repairs" if repairs else "no repairs",
+        ]

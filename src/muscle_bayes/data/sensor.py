@@ -1,0 +1,80 @@
+"""The position sensor: log readings <-> rotor coordinate."""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from muscle_bayes.conventions import PositionUnit
+from muscle_bayes.data.metadata import Metadata
+
+_SI = {"rad": 1.0, "deg": pi / 180.0, "m": 1.0, "mm": 1e-3}
+_MOST_DECIMALS = 12
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """q = sign scale (reading - zero), q in rad or m."""
+
+    unit: PositionUnit
+    """unit of the readings"""
+    zero: float
+    """reading at q = 0"""
+    scale: float
+    """rad or m per unit of reading, positive"""
+    sign: int
+    """1, or -1 where the readings count against q"""
+    resolution: float
+    """step of the readings' grid, in units of reading; 0 where they lie on none"""
+
+    def coordinate(self, reading: ArrayLike) -> NDArray[np.float64]:
+        """Rotor coordinate q [rad or m] of readings, same shape."""
+        return self.sign * self.scale * (np.asarray(reading, dtype=np.float64) - self.zero)
+
+    def reading(self, coordinate: ArrayLike) -> NDArray[np.float64]:
+        """Readings, not rounded to the grid, of coordinates q [rad or m], same shape."""
+        return self.zero + self.sign * np.asarray(coordinate, dtype=np.float64) / self.scale
+
+    @property
+    def coordinate_resolution(self) -> float:
+        """Step of the grid in q, rad or m."""
+        return self.scale * self.resolution
+
+
+def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
+    """The sensor that a run's metadata describe; its resolution is found from the readings."""
+    unit = metadata.position_unit
+    sign = 1 if metadata.columns is None else int(metadata.columns.position_sign)
+    if unit != "counts":
+        return Sensor(unit, 0.0, _SI[unit], sign, grid_step(readings))
+    potentiometer = metadata.potentiometer
+    assert potentiometer is not None, "Metadata guarantees a potentiometer where the unit is counts"
+    if potentiometer.radians_per_count < 0:
+        sign = -sign
+    scale = abs(potentiometer.radians_per_count)
+    return Sensor(unit, potentiometer.zero_reading, scale, sign, 1.0)
+
+
+def grid_step(readings: ArrayLike) -> float:
+    """Step of the grid on which all readings lie to within their printed rounding, else 0."""
+    levels = np.unique(np.asarray(readings, dtype=np.float64))
+    decimals = _printed_decimals(levels)
+    if levels.size < 3 or decimals is None:
+        return 0.0
+    unit = 10.0**-decimals
+    steps = np.diff(levels)
+    smallest = float(np.mean(steps[steps < 1.5 * steps.min()]))
+    # Distance of each level from the first in whole steps, then the step by least squares.
+    whole = np.concatenate([[0.0], np.cumsum(np.rint(steps / smallest))])
+    step, start = np.polynomial.Polynomial.fit(whole, levels, 1).convert().coef[::-1]
+    misfit = np.max(np.abs(levels - start - step * whole))
+    return float(f"{step:.6g}") if misfit <= 0.75 * unit and step > 0.5 * unit else 0.0
+
+
+def _printed_decimals(levels: NDArray[np.float64]) -> int | None:
+    """Fewest decimals that hold every level; None where floats fill all their digits."""
+    for decimals in range(_MOST_DECIMALS + 1):
+        if np.allclose(np.round(levels, decimals), levels, rtol=1e-14, atol=1e-15):
+            return decimals
+    return None

@@ -1,0 +1,102 @@
+"""The rig's tables of a run's metadata: geometry, potentiometer, column names and load."""
+
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from muscle_bayes.conventions import Motion, PositionUnit
+from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+
+
+def _as_tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+class Fixture(Table):
+    """Geometry of the rig; the keys with _a and _b belong to the sides."""
+
+    motion: Motion = "rotary"
+    rotor_radius_a: Positive | None = None
+    anchor_x_a: Finite | None = None
+    anchor_y_a: Finite | None = None
+    rotor_radius_b: Positive | None = None
+    anchor_x_b: Finite | None = None
+    anchor_y_b: Finite | None = None
+    disc_radius: Positive | None = None
+    """R_d, m: radius at which the load's cable pulls"""
+    stops: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
+    """lower and upper endstop, rad (m where motion is linear)"""
+    room_temperature: Annotated[float, Field(gt=-50, lt=100)] = 25.0
+    """degrees C"""
+
+    @model_validator(mode="after")
+    def _stops_are_ordered(self) -> "Fixture":
+        if self.stops is not None and not self.stops[0] < self.stops[1]:
+            raise ValueError(
+                f"stops: {list(self.stops)} is not [lower, upper]; swap or correct them"
+            )
+        return self
+
+
+class Potentiometer(Table):
+    """theta = radians_per_count (reading - zero_reading)."""
+
+    zero_reading: Finite
+    """counts at theta = 0"""
+    radians_per_count: Finite
+    """rad, negative where the reading counts against theta"""
+
+    @model_validator(mode="after")
+    def _scale_is_not_zero(self) -> "Potentiometer":
+        if self.radians_per_count == 0:
+            raise ValueError("radians_per_count: is zero; give the angle of one count in rad")
+        return self
+
+
+class Columns(Table):
+    """Names of a log's columns, where they are not the fixture's own."""
+
+    time: str
+    position: str
+    position_unit: PositionUnit = "counts"
+    position_sign: Literal[1, -1] = 1
+    temperature_a: str | None = None
+    temperature_b: str | None = None
+    load: str | None = None
+    """kg, instead of [load]"""
+    applied: str | None = None
+    """known torque, N m, or force, N, where motion is linear"""
+
+    @model_validator(mode="after")
+    def _time_is_not_position(self) -> "Columns":
+        if self.time.strip() == self.position.strip():
+            raise ValueError(
+                f"position: names the same column as time, {self.time!r}; name the position's own"
+            )
+        return self
+
+
+Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
+
+
+class Load(Table):
+    """Piecewise constant load: mass[i] kg hangs from time[i] s after the first row on."""
+
+    time: Steps
+    mass: Steps
+
+    @model_validator(mode="after")
+    def _steps_are_a_table(self) -> "Load":
+        if not self.time:
+            raise ValueError("time: is empty; give at least one time and mass, or remove [load]")
+        if len(self.time) != len(self.mass):
+            raise ValueError(
+                f"mass: {len(self.mass)} masses for {len(self.time)} times; give one mass a time"
+            )
+        for earlier, later in pairwise(self.time):
+            if later <= earlier:
+                raise ValueError(
+                    f"time: {later} does not come after {earlier}; put the steps in rising order"
+                )
+        return self

@@ -1,0 +1,76 @@
+"""What a reading shows besides the model: noise, quantisation, and a slow discrepancy."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.physics.linkage import Scalar
+
+
+class NoiseParameters(NamedTuple):
+    """Of one regime, in units of the sensor's reading.
+
+    reading = model + discrepancy(t) + white;  discrepancy is an Ornstein-Uhlenbeck process,
+    cov(t, t') = discrepancy^2 exp(-|t - t'| / correlation_time): readings 0.03 s apart are not
+    independent, and no model is exact.
+    """
+
+    noise: Scalar
+    """Standard deviation of one reading's white noise."""
+    discrepancy: Scalar
+    """Stationary standard deviation of the discrepancy."""
+    correlation_time: Scalar
+    """Its correlation time, s."""
+
+
+def reading_variance(
+    parameters: NoiseParameters, weight: Array, coarse: Array, quantum: float
+) -> Array:
+    """Variance of a mean of `weight` readings, without the discrepancy.
+
+    noise^2 / weight + quantum^2 coarse, with `coarse` the quantisation variance in squared quanta
+    (Sheppard: 1/12 for one reading).
+    """
+    return parameters.noise**2 / jnp.maximum(weight, 1.0) + quantum**2 * coarse
+
+
+class Whitened(NamedTuple):
+    """Standardised one-step-ahead errors; zero where nothing is observed."""
+
+    errors: Float[Array, "interval column"]
+    log_scale: Float[Array, "interval"]
+    """Log of the predictive standard deviation; 0 where nothing is observed."""
+
+
+def whiten(
+    residual: Float[Array, "interval column"],
+    time: Float[Array, "interval"],
+    variance: Float[Array, "interval"],
+    observed: Float[Array, "interval"],
+    parameters: NoiseParameters,
+) -> Whitened:
+    """Kalman filter of the discrepancy: each column's errors given the column's past.
+
+    Gains do not depend on the residual, so columns (a residual and its sensitivities) share them,
+    and the log density of column k is -sum(errors[:, k]^2)/2 - sum(log_scale) - n log(2 pi)/2.
+    """
+    stationary = parameters.discrepancy**2
+    gaps = jnp.diff(time, prepend=time[:1])
+    fade = jnp.exp(-gaps / parameters.correlation_time)
+
+    def step(carry, now):
+        state, spread = carry
+        value, decay, noise, seen = now
+        state, spread = decay * state, decay**2 * spread + (1.0 - decay**2) * stationary
+        total = spread + noise
+        gain = seen * spread / total
+        error = value - state
+        scale = jnp.sqrt(total)
+        out = seen * error / scale, seen * jnp.log(scale)
+        return (state + gain * error, (1.0 - gain) * spread), out
+
+    start = jnp.zeros(residual.shape[1]), stationary
+    _, (errors, log_scale) = jax.lax.scan(step, start, (residual, fade, variance, observed))
+    return Whitened(errors, log_scale)

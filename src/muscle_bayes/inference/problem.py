@@ -1,0 +1,211 @@
+"""The statistical problem that a set of runs poses: arrays for a solver, and a prior for each unknown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+from jaxtyping import Array, Float, Int
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference import prior
+from muscle_bayes.inference.record import Record, is_slow, record_of, segments
+from muscle_bayes.inference.rig import has_muscle, rig
+from muscle_bayes.physics.effect import Scales
+from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.schedule import Schedule
+
+Regime = Literal["fast", "slow"]
+TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
+"""Prior median of how long misfit lasts, s."""
+
+
+class Lanes(NamedTuple):
+    """Runs (or segments) of one regime and one plant structure, stacked along a leading axis."""
+
+    plant: Plant
+    schedule: Schedule
+    time: Float[Array, "lane interval"]
+    reading: Float[Array, "lane interval"]
+    weight: Float[Array, "lane interval"]
+    coarse: Float[Array, "lane interval"]
+    scale: Float[Array, "lane"]
+    """Coordinate per unit of reading, with sign."""
+    quantum: Float[Array, "lane"]
+    """Resolution of the sensor [log's unit]."""
+    run: Int[Array, "lane"]
+    """Index of the lane's run among those of its regime that have unknowns of their own."""
+    released: Float[Array, "lane"]
+    """1 where the record starts at rest by protocol, 0 where its first speed is unknown."""
+    start: Float[Array, "lane 2"]
+    """First reading and speed [log's unit, per s], known roughly; used by segments only."""
+    start_spread: Float[Array, "lane 2"]
+    """Standard deviations of `start`; used by segments only."""
+
+
+class Data(NamedTuple):
+    """Everything that changes from one data set to another of the same layout."""
+
+    lanes: tuple[Lanes, ...]
+    priors: dict[str, dist.Distribution]
+    base_length: Float[Array, ""]
+    """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Everything that shapes the computation: two data sets with one layout share compiled code."""
+
+    friction: Friction
+    effects: tuple[str, ...]
+    regimes: tuple[Regime, ...]
+    """Of each group of lanes."""
+    segmented: tuple[bool, ...]
+    """Whether a group's lanes are segments whose starts are integrated out."""
+    shapes: tuple[tuple[str, tuple[int, ...]], ...]
+    """Sampled quantities in the order of the unconstrained vector, with their shapes."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Runs, their layout and data, and what is known of each sampled quantity."""
+
+    runs: tuple[Run, ...]
+    records: tuple[Record, ...]
+    layout: Layout
+    data: Data
+    sites: dict[str, prior.Site]
+    scales: Scales
+    lane_runs: tuple[tuple[int, ...], ...]
+    """For each group, the index in `runs` of each lane."""
+    site_runs: dict[str, tuple[str, ...]]
+    """For each regime, the names of the runs along the axis of its per-run quantities."""
+
+
+def _pad(record: Record, size: int) -> Record:
+    """The record lengthened to `size` intervals by intervals of no duration and no readings."""
+    missing = size - record.time.size
+
+    def last(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
+
+    def zeros(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values, np.zeros(missing)])
+
+    return record._replace(
+        schedule=Schedule(*(last(values) for values in record.schedule)),
+        time=last(record.time),
+        reading=zeros(record.reading),
+        weight=zeros(record.weight),
+        coarse=zeros(record.coarse),
+    )
+
+
+def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int]) -> Lanes:
+    size = max(record.time.size for record in records)
+    padded = [_pad(record, size) for record in records]
+    plants = [rig(run.metadata) for run in runs]
+    level = np.array([prior.reading_noise(run) for run in runs])
+    quick = np.array([record.start_speed for record in records])
+
+    def stacked(*trees):
+        return jax.tree.map(lambda *leaves: np.stack([np.asarray(x, float) for x in leaves]), *trees)
+
+    return Lanes(
+        plant=stacked(*plants),
+        schedule=stacked(*(record.schedule for record in padded)),
+        time=np.stack([record.time for record in padded]),
+        reading=np.stack([record.reading for record in padded]),
+        weight=np.stack([record.weight for record in padded]),
+        coarse=np.stack([record.coarse for record in padded]),
+        scale=np.array([run.sensor.sign * run.sensor.scale for run in runs]),
+        quantum=np.array([run.sensor.resolution for run in runs]),
+        run=np.asarray(index, dtype=np.int32),
+        released=np.array([float(run.metadata.protocol == "spring") for run in runs]),
+        start=np.array([[record.start_reading, record.start_speed] for record in records]),
+        start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
+    )
+
+
+def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
+    if not runs:
+        raise MuscleBayesError("no runs were given to fit; name at least one CSV file or folder")
+    for regime in ("fast", "slow"):
+        units = {run.unit for run in runs if is_slow(run) == (regime == "slow")}
+        if len(units) > 1:
+            raise MuscleBayesError(
+                f"runs that are fitted together log their position in different units "
+                f"({', '.join(sorted(units))}); fit them one unit at a time"
+            )
+    if len({run.metadata.fixture.motion for run in runs}) > 1:
+        raise MuscleBayesError("rotary and linear rigs cannot be fitted together")
+    for name in effects:
+        effect_type(name)
+    if len(set(effects)) < len(effects):
+        raise MuscleBayesError("an effect was named twice; name each effect once")
+    if "coil-contact" in effects and not any(has_muscle(run) for run in runs):
+        raise MuscleBayesError("effect 'coil-contact' acts on a muscle, but no run has one")
+
+
+def pose(
+    runs: Sequence[Run], friction: Friction = "coulomb", effects: Sequence[str] = ()
+) -> Problem:
+    """The problem of estimating what these runs can tell.
+
+    Which parameters are unknown follows from the runs: J if any run shows inertia, D always, the
+    muscle's nine if any run has a muscle, each effect's own, each run's own, each regime's noise.
+    Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
+    """
+    _check(runs, effects)
+    records = [record_of(run) for run in runs]
+    size = prior.scales(runs, records)
+    fast = any(not is_slow(run) for run in runs)
+    sites = prior.fixture_sites(runs, friction, size, fast)
+    if any(has_muscle(run) for run in runs):
+        sites |= prior.muscle_sites(size)
+    sites |= prior.effect_sites(effects, size)
+
+    lanes, regimes, segmented, lane_runs, site_runs = [], [], [], [], {}
+    for regime in ("fast", "slow"):
+        members = [i for i, run in enumerate(runs) if is_slow(run) == (regime == "slow")]
+        if not members:
+            continue
+        pieces = {i: segments(runs[i], records[i]) for i in members}
+        own = [i for i in members if len(pieces[i]) == 1]
+        chosen = [runs[i] for i in members]
+        sites |= prior.noise_sites(chosen, regime, TYPICAL_MISFIT_TIME[regime])
+        if own:
+            own_runs, own_records = [runs[i] for i in own], [records[i] for i in own]
+            per_run = prior.run_sites(own_runs, own_records, regime)
+            sites |= {f"{regime}.{key}": site for key, site in per_run.items()}
+            site_runs[regime] = tuple(run.name for run in own_runs)
+        groups: dict[tuple, list[int]] = {}
+        for i in members:
+            structure = jax.tree.structure(rig(runs[i].metadata))
+            groups.setdefault((structure, len(pieces[i]) > 1), []).append(i)
+        for (_, cut), group in groups.items():
+            flat = [(i, piece) for i in group for piece in pieces[i]]
+            index = [0 if cut else own.index(i) for i, _ in flat]
+            lanes.append(_stack([runs[i] for i, _ in flat], [piece for _, piece in flat], index))
+            regimes.append(regime)
+            segmented.append(cut)
+            lane_runs.append(tuple(i for i, _ in flat))
+    lengths = [
+        element.base_length
+        for run in runs
+        for element in (run.metadata.element_a, run.metadata.element_b)
+        if element.kind == "muscle"
+    ]
+    shapes = tuple((name, tuple(site.prior.shape())) for name, site in sites.items())
+    layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
+    priors = {name: site.prior for name, site in sites.items()}
+    data = Data(tuple(lanes), priors, np.asarray(lengths[0] if lengths else 1.0))
+    return Problem(
+        tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs
+    )

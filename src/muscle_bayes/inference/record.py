@@ -1,0 +1,186 @@
+"""From a run's rows to the arrays that a solver and a likelihood work on."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Array, Float
+
+from muscle_bayes.data.run import Run
+from muscle_bayes.inference.rig import has_muscle, restores
+from muscle_bayes.physics.schedule import Schedule
+
+SLOW_INTERVALS = 1500
+"""Intervals into which a slow run is divided, unless that makes them longer than SLOW_LONGEST."""
+SLOW_LONGEST = 2.0
+"""Longest interval of a slow run, s."""
+READINGS_PER_INTERVAL = 4
+"""Fewest readings that an interval of a slow run averages."""
+FAST_BIN = 1 / 60
+"""Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
+FORCED_BIN = 1 / 200
+"""The same where an applied force is logged, which may change quickly, s."""
+SEGMENT = 0.5
+"""Length of the segments into which a run is cut that nothing pulls back, s."""
+
+
+class Record(NamedTuple):
+    """One run, or one segment of it, on its grid. Arrays are NumPy until they are stacked."""
+
+    schedule: Schedule
+    time: Float[Array, "interval"]
+    """When the averaged readings were taken [s after the run's first row]."""
+    reading: Float[Array, "interval"]
+    """Mean reading [the log's unit]."""
+    weight: Float[Array, "interval"]
+    """Number of independent readings in the mean; 0 where nothing is observed."""
+    coarse: Float[Array, "interval"]
+    """Variance of quantisation error in the mean, in squared quanta."""
+    start_reading: float
+    """First reading of the record [the log's unit]."""
+    start_speed: float
+    """Slope of the first readings [log's unit per s]."""
+
+
+def is_slow(run: Run) -> bool:
+    """Whether the run is solved without rotor inertia: heat drives it, through a muscle.
+
+    A muscle changes over seconds to minutes, the rotor swings in fractions of a second; spring
+    and free runs without a muscle are driven by the rotor's own inertia.
+    """
+    return has_muscle(run)
+
+
+def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
+    """Mean of `values` for each owner 0..size-1; NaN where it owns none."""
+    inside = (owner >= 0) & (owner < size)
+    counts = np.bincount(owner[inside], minlength=size)
+    sums = np.bincount(owner[inside], weights=values[inside], minlength=size)
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+
+
+def _at_nodes(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """`values` averaged around each node, halfway to its neighbours; interpolated across gaps."""
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    around = _means(values, np.searchsorted(middles, time), nodes.size)
+    known = np.isfinite(around)
+    return np.interp(nodes, nodes[known], around[known])
+
+
+def _observations(
+    run: Run, owner: np.ndarray, size: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean time, mean reading, weight and quantisation variance of each interval's readings.
+
+    Readings that never change share one quantisation error, however many there are. So a mean of
+    identical readings keeps the error of a single one, and of a stretch of such intervals with the
+    same reading only the middle one counts.
+    """
+    time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
+    inside = (owner >= 0) & (owner < size)
+    rows = pd.DataFrame({"reading": reading[inside]}).groupby(owner[inside])["reading"]
+    low, high = (extreme.reindex(range(size)).to_numpy() for extreme in (rows.min(), rows.max()))
+    weight = np.bincount(owner[inside], minlength=size).astype(float)
+    frozen = (low == high) & (weight > 0)
+    coarse = np.where(frozen, 1.0, 1.0 / np.maximum(weight, 1.0)) / 12.0
+    mean_time, mean = _means(time, owner, size), _means(reading, owner, size)
+    if run.sensor.resolution > 0.0:
+        value = np.where(frozen, low, np.arange(size) + np.nan)
+        stretch = np.cumsum(np.r_[True, ~(value[1:] == value[:-1])])
+        for _, members in pd.Series(np.arange(size)).groupby(stretch):
+            if frozen[members.iloc[0]] and len(members) > 1:
+                keep = members.iloc[len(members) // 2]
+                weight[members[members != keep]] = 0.0
+    return mean_time, np.where(weight > 0, mean, 0.0), weight, coarse
+
+
+def _start(run: Run) -> tuple[float, float]:
+    """First reading and initial slope, from the first tenth of a second (at least five rows)."""
+    time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
+    rows = max(5, int(np.searchsorted(time, 0.1)))
+    slope = np.polyfit(time[:rows], reading[:rows], 1)[0] if time.size > rows else 0.0
+    return float(reading[0]), float(slope)
+
+
+def slow_record(run: Run) -> Record:
+    """Equal intervals, cut where the load changes; readings averaged over each interval."""
+    time = run.table["time"].to_numpy()
+    spacing = float(np.median(np.diff(time)))
+    step = max(run.duration / SLOW_INTERVALS, READINGS_PER_INTERVAL * spacing)
+    step = min(step, SLOW_LONGEST)
+    nodes = np.linspace(0.0, run.duration, int(np.ceil(run.duration / step)) + 1)
+    jumps = [jump for jump in run.load_steps if 0.0 < jump < run.duration]
+    nodes = np.unique(np.concatenate([nodes, jumps]))
+    size = nodes.size - 1
+    owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
+    temperature = np.stack(
+        [_at_nodes(time, run.table[f"temperature_{side}"].to_numpy(), nodes) for side in "ab"], 1
+    )
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
+    applied = _means(run.table["applied"].to_numpy(), owner, size)
+    applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
+    mean_time, mean, weight, coarse = _observations(run, owner, size)
+    schedule = Schedule(nodes, temperature, load, applied)
+    where = np.where(np.isfinite(mean_time), mean_time, middles)
+    return Record(schedule, where, mean, weight, coarse, *_start(run))
+
+
+def fast_record(run: Run) -> Record:
+    """Nodes at the (averaged) times of the readings, cut where the load changes."""
+    time = run.table["time"].to_numpy()
+    applied = run.table["applied"].to_numpy()
+    width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
+    per_bin = max(1, int(width / float(np.median(np.diff(time)))))
+    # The first row is a bin of its own: spring runs are released there.
+    owner = (np.arange(time.size) + per_bin - 1) // per_bin
+    size = int(owner[-1]) + 1
+    mean_time, mean, weight, coarse = _observations(run, owner, size)
+    jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
+    jumps = np.setdiff1d(jumps, mean_time)
+    order = np.argsort(np.concatenate([mean_time, jumps]), kind="stable")
+
+    def merged(values: np.ndarray, fill: float) -> np.ndarray:
+        return np.concatenate([values, np.full(jumps.size, fill)])[order]
+
+    nodes = np.concatenate([mean_time, jumps])[order]
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
+    # Each interval sees the mean of the force logged from one node to the next: its impulse.
+    impulse = np.concatenate([[0.0], np.cumsum(0.5 * (applied[1:] + applied[:-1]) * np.diff(time))])
+    force = np.diff(np.interp(nodes, time, impulse)) / np.diff(nodes)
+    temperature = np.stack(
+        [np.interp(nodes, time, run.table[f"temperature_{side}"]) for side in "ab"], 1
+    )
+    schedule = Schedule(nodes, temperature, load, force)
+    observed = (merged(values, 0.0)[1:] for values in (mean, weight, coarse))
+    return Record(schedule, nodes[1:], *observed, *_start(run))
+
+
+def segments(run: Run, record: Record) -> list[Record]:
+    """The record cut into pieces of SEGMENT s, each with its own start, if nothing restores."""
+    if is_slow(run) or restores(run):
+        return [record]
+    nodes = record.schedule.time
+    pieces = max(1, round((nodes[-1] - nodes[0]) / SEGMENT))
+    cuts = np.linspace(0, nodes.size - 1, pieces + 1).astype(int)
+    result = []
+    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+        steps, around = slice(first, last), slice(first, last + 1)
+        schedule = Schedule(
+            nodes[around],
+            record.schedule.temperature[around],
+            record.schedule.load[steps],
+            record.schedule.applied[steps],
+        )
+        time, reading = record.time[steps], record.reading[steps]
+        near = slice(0, min(time.size, 8))
+        slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
+        rest = (values[steps] for values in (record.weight, record.coarse))
+        result.append(Record(schedule, time, reading, *rest, float(value), float(slope)))
+    return result
+
+
+def record_of(run: Run) -> Record:
+    """The run on the grid that its regime asks for."""
+    return slow_record(run) if is_slow(run) else fast_record(run)

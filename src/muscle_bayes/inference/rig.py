@@ -1,0 +1,114 @@
+"""From a run's metadata to a plant whose unknown parameters are still to be filled in."""
+
+import dataclasses
+import math
+
+import jax.numpy as jnp
+
+from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.data.metadata import Fixture, Metadata
+from muscle_bayes.data.run import Run
+from muscle_bayes.physics.element import Arm, Element, Muscle, NoElement, ReferenceSpring
+from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
+from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
+from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.plant import Plant
+
+UNBOUNDED = {"rotary": math.pi, "linear": 10.0}
+"""Where motion without endstops ends: half a turn [rad], ten metres."""
+
+_UNKNOWN = jnp.nan
+_UNKNOWN_MUSCLE = MuscleParameters(*([_UNKNOWN] * 9))
+
+
+def _linkage(element, fixture: Fixture, side: str) -> Linkage:
+    mirror = 1.0 if side == "a" else -1.0
+    if element.linkage == "drum":
+        return Drum(element.length_at_zero, element.drum_radius, mirror)
+    if element.linkage == "straight":
+        return Straight(element.length_at_zero, mirror)
+    return Pins(
+        getattr(fixture, f"rotor_radius_{side}"),
+        getattr(fixture, f"anchor_x_{side}"),
+        getattr(fixture, f"anchor_y_{side}"),
+        mirror,
+    )
+
+
+def _element(metadata: Metadata, side: str) -> Element:
+    element = getattr(metadata, f"element_{side}")
+    fixture = metadata.fixture
+    if element.kind == "none":
+        return NoElement()
+    if element.kind == "arm":
+        return Arm(element.mass, element.centre_distance, element.hanging_angle)
+    linkage = _linkage(element, fixture, side)
+    if element.kind == "spring":
+        return ReferenceSpring(linkage)
+    heated = 1.0 if element.heater_length is None else element.heater_length / element.base_length
+    return Muscle(linkage, element.base_length, heated, fixture.room_temperature, _UNKNOWN_MUSCLE)
+
+
+def rig(metadata: Metadata) -> Plant:
+    """The plant of a run with J, friction and muscle parameters still unknown (NaN)."""
+    fixture = metadata.fixture
+    linear = fixture.motion == "linear"
+    lever = 1.0 if linear else (fixture.disc_radius or 0.0)
+    bound = UNBOUNDED[fixture.motion]
+    return Plant(
+        rotor_inertia=_UNKNOWN,
+        friction=CoulombFriction(_UNKNOWN),
+        side_a=_element(metadata, "a"),
+        side_b=_element(metadata, "b"),
+        load_lever=lever,
+        stops=tuple(fixture.stops) if fixture.stops is not None else (-bound, bound),
+    )
+
+
+def with_parameters(
+    plant: Plant, rotor_inertia, friction: FrictionLaw, muscle: MuscleParameters | None
+) -> Plant:
+    """The plant with its unknowns filled in; muscles on both sides share their parameters."""
+
+    def fill(element: Element) -> Element:
+        if isinstance(element, Muscle) and muscle is not None:
+            return dataclasses.replace(element, parameters=muscle)
+        return element
+
+    return dataclasses.replace(
+        plant,
+        rotor_inertia=rotor_inertia,
+        friction=friction,
+        side_a=fill(plant.side_a),
+        side_b=fill(plant.side_b),
+    )
+
+
+def has_muscle(run: Run) -> bool:
+    """Whether a muscle hangs on either side."""
+    return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
+
+
+def restores(run: Run) -> bool:
+    """Whether anything pulls the coordinate back, so that initial errors do not grow with time."""
+    return {run.metadata.element_a.kind, run.metadata.element_b.kind} != {"none"}
+
+
+def driving_force(run: Run) -> float:
+    """Typical generalised force that drives the run [N m or N], from metadata and inputs only."""
+    metadata = run.metadata
+    linear = metadata.fixture.motion == "linear"
+    lever = 1.0 if linear else (metadata.fixture.disc_radius or 0.0)
+    forces = [float(run.table["load"].max()) * GRAVITY * lever]
+    forces.append(float((run.table["applied"] ** 2).mean() ** 0.5))
+    for element in (metadata.element_a, metadata.element_b):
+        if element.kind == "arm":
+            forces.append(element.mass * GRAVITY * element.centre_distance)
+    return max(forces)
+
+
+def tension_lever(run: Run) -> float:
+    """Lever of side A's element at q = 0 [m/rad or 1]; 1 where there is none."""
+    element = rig(run.metadata).side_a
+    linkage = getattr(element, "linkage", None)
+    return 1.0 if linkage is None else abs(float(linkage.lever(jnp.asarray(0.0))))

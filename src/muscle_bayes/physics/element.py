@@ -1,0 +1,132 @@
+"""What hangs between rotor and stator on one side: nothing, a spring, a muscle, or an arm."""
+
+from abc import abstractmethod
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.physics.effect import Effect, Port, Signals
+from muscle_bayes.physics.linkage import Linkage, Scalar
+from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.springs import reference_spring, tensile_spring
+
+
+class Instant(NamedTuple):
+    """Everything that acts on one side at one instant."""
+
+    q: Scalar
+    """Coordinate [rad or m]."""
+    speed: Scalar
+    """dq/dt [rad/s or m/s]."""
+    hyst: Scalar
+    """sigma_hyst of this side's muscle."""
+    temperature: Scalar
+    """Temperature of this side's muscle [C]."""
+    load: Scalar
+    """Hanging mass [kg]."""
+
+
+def through_port(
+    effects: tuple[Effect, ...], port: Port, value: Scalar, signals: Signals
+) -> Scalar:
+    """`value` after every effect on `port`, in the order in which they were added."""
+    for effect in effects:
+        if effect.port == port:
+            value = effect(value, signals)
+    return value
+
+
+class Element(eqx.Module):
+    """One side's element."""
+
+    @abstractmethod
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        """Generalised force on q [N m or N]."""
+
+    def hyst_rate(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        """d sigma_hyst/dt [1/s]; zero where there is no muscle."""
+        return jnp.zeros_like(now.hyst)
+
+    def inertia(self) -> float | Scalar:
+        """Inertia that the element adds to the rotor's [kg m^2 or kg]."""
+        return 0.0
+
+    def strain(self, q: Scalar) -> Scalar:
+        """sigma of the muscle; zero where there is none."""
+        return jnp.zeros_like(q)
+
+
+class NoElement(Element):
+    """Nothing on this side."""
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return jnp.zeros_like(now.q)
+
+
+class ReferenceSpring(Element):
+    """The reference spring (thesis, eq. 12): massless, lossless."""
+
+    linkage: Linkage
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return -reference_spring(self.linkage.length(now.q)) * self.linkage.lever(now.q)
+
+
+class Arm(Element):
+    """Rigid pendulum arm: -m g d sin(theta - hanging_angle), inertia m d^2. kg, m, rad."""
+
+    mass: float
+    centre_distance: float
+    hanging_angle: float
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        moment = self.mass * GRAVITY * self.centre_distance
+        return -moment * jnp.sin(now.q - self.hanging_angle)
+
+    def inertia(self) -> float | Scalar:
+        return self.mass * self.centre_distance**2
+
+
+class Muscle(Element):
+    """The muscle of eq. 13-17 on its linkage.
+
+    `heated_fraction` is L_heater / L_muscle of eq. 11, with L_muscle = L_base.
+    """
+
+    linkage: Linkage
+    base_length: float
+    heated_fraction: float
+    room_temperature: float
+    parameters: MuscleParameters
+
+    def strain(self, q: Scalar) -> Scalar:
+        return (self.linkage.length(q) - self.base_length) / self.base_length
+
+    def _signals(self, now: Instant) -> Signals:
+        room = self.room_temperature
+        effective = room + self.heated_fraction * (now.temperature - room)  # eq. 11
+        return Signals(now.q, now.speed, now.load, self.strain(now.q), now.hyst, effective)
+
+    def _modulus_force(self, signals: Signals, effects: tuple[Effect, ...]) -> Scalar:
+        muscle = self.parameters
+        offset = through_port(effects, "offset", muscle.offset(signals.temperature), signals)
+        stretch = signals.strain - offset - signals.hyst
+        return tensile_spring(stretch, self.base_length * muscle.K_modulus, muscle.F_modulus_min)
+
+    def tension(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        """Tension [N], eq. 14 and the effects on the tension port."""
+        signals = self._signals(now)
+        return through_port(effects, "tension", self._modulus_force(signals, effects), signals)
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return -self.tension(now, effects) * self.linkage.lever(now.q)
+
+    def hyst_rate(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        """Eq. 15: (F_modulus - F_hyst) / (B_hyst L_base)."""
+        signals, muscle = self._signals(now), self.parameters
+        pull = self._modulus_force(signals, effects)
+        held = tensile_spring(now.hyst, self.base_length * muscle.K_hyst, muscle.F_hyst_min)
+        damper = through_port(effects, "damper", muscle.damper(signals.temperature), signals)
+        return (pull - held) / (damper * self.base_length)

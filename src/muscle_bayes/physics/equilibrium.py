@@ -1,0 +1,71 @@
+"""Where dry friction lets the rotor rest: the play operator of quasi-static motion."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from muscle_bayes.physics.linkage import Scalar
+
+TOLERANCE = 1e-11
+"""Relative width of the bracket, or relative Newton step, at which the search ends."""
+MAX_ITERATIONS = 80
+
+
+def play(
+    force: Callable[[Scalar, Any], Scalar],
+    q: Scalar,
+    args: Any,
+    dry: Scalar,
+    stops: tuple[Scalar, Scalar],
+) -> Scalar:
+    """The coordinate after forces have changed slowly, starting at rest at `q`.
+
+    Rotor stays while |force(q)| <= dry; else it slides to the first point where |force| = dry, or to
+    the stop. `force(q, args)` falls with q around a stable equilibrium. Found by Newton's method
+    inside a shrinking bracket; the derivative of the result is that of the implicit equation, so
+    it is exact in forward and reverse mode. [rad or m], [N m or N].
+    """
+    frozen = jax.lax.stop_gradient((q, args, dry, stops))
+    q_start, args_f, dry_f, stops_f = frozen
+    pull = force(q_start, args_f)
+    direction = jnp.sign(pull) * (jnp.abs(pull) > dry_f)
+    far = jnp.where(direction > 0, stops_f[1], stops_f[0])
+    span = jnp.abs(stops_f[1] - stops_f[0])
+
+    def excess(x: Scalar) -> Scalar:
+        """Force left after friction, positive while the rotor still slides away from q_start."""
+        return direction * force(x, args_f) - dry_f
+
+    at_stop = excess(far) > 0.0
+
+    def unfinished(carry):
+        _, near, beyond, step, count = carry
+        open_ = (jnp.abs(step) > TOLERANCE * span) & (jnp.abs(beyond - near) > TOLERANCE * span)
+        return open_ & (count < MAX_ITERATIONS)
+
+    def improve(carry):
+        x, near, beyond, step, count = carry
+        value, slope = jax.jvp(excess, (x,), (jnp.ones_like(x),))
+        near = jnp.where(value > 0.0, x, near)
+        beyond = jnp.where(value > 0.0, beyond, x)
+        newton = x - value / jnp.where(slope == 0.0, 1.0, slope)
+        low, high = jnp.minimum(near, beyond), jnp.maximum(near, beyond)
+        # A Newton step that leaves the bracket, or hardly shrinks, is replaced by bisection.
+        inside = (slope != 0.0) & (newton >= low) & (newton <= high)
+        slow = jnp.abs(newton - x) > 0.5 * jnp.abs(step)
+        bisect = ~inside | (slow & (count > 8))
+        new = jnp.where(bisect, 0.5 * (near + beyond), newton)
+        return new, near, beyond, new - x, count + 1
+
+    moving = (direction != 0.0) & ~at_stop
+    start = (q_start, q_start, jnp.where(moving, far, q_start), span, 0)
+    root = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, improve, start)[0])
+    # One Newton step with the slope held fixed carries the derivative of the implicit equation.
+    _, slope = jax.jvp(lambda x: force(x, args_f), (root,), (jnp.ones_like(root),))
+    residual = force(root, args) - direction * dry
+    slides = root - residual / jnp.where(slope == 0.0, -1.0, slope)
+    slides = jnp.where(slope == 0.0, root, slides)
+    stop = jnp.where(direction > 0, stops[1], stops[0])
+    return jnp.where(direction == 0.0, q, jnp.where(at_stop, stop, slides))

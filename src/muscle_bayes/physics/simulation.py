@@ -1,0 +1,114 @@
+"""Solving a plant over a schedule: diffrax drives the two structured steps."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from muscle_bayes.physics.inertial import FastState, fast_step
+from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.quasistatic import SlowState, settle, slow_step
+from muscle_bayes.physics.schedule import Schedule, filtered
+
+
+class Response(NamedTuple):
+    """What the plant did, one value for each interval of the schedule."""
+
+    sensed: Float[Array, "interval"]
+    """Coordinate that the sensor shows [rad or m]: mid-interval if slow, at its end if fast."""
+    hyst: Float[Array, "interval 2"]
+    """sigma_hyst of sides A and B at the interval's end."""
+    speed: Float[Array, "interval"]
+    """dq/dt [rad/s or m/s] at the interval's end; the interval's mean if slow."""
+    finite: Bool[Array, ""]
+    """Whether every value is finite; a response that is not must be rejected."""
+
+
+class StructuredStep(diffrax.AbstractSolver):
+    """A diffrax solver whose step is one of ours; its own state counts the intervals.
+
+    `args` of the integration is (plant, schedule); times must be the schedule's nodes.
+    """
+
+    term_structure: ClassVar = diffrax.ODETerm
+    interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
+    advance: Callable = eqx.field(static=True)
+    accuracy: int = eqx.field(static=True)
+
+    def order(self, terms: Any) -> int:
+        return self.accuracy
+
+    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
+        return jnp.asarray(0)
+
+    def step(
+        self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any, solver_state: Any, made_jump: Any
+    ) -> Any:
+        y1 = self.advance(args[0], y0, args[1], solver_state)
+        dense_info = {"y0": y0, "y1": y1}
+        return y1, None, dense_info, solver_state + 1, diffrax.RESULTS.successful
+
+    def func(self, terms: Any, t0: Any, y0: Any, args: Any) -> Any:
+        return terms.vf(t0, y0, args)
+
+
+STICK_SLIP = StructuredStep(fast_step, 4)
+"""Full inertia, reversals of speed resolved inside the step; fourth order."""
+QUASI_STATIC = StructuredStep(slow_step, 2)
+"""Rotor inertia eliminated, dry friction as a play operator; second order."""
+
+
+def _solve(solver: StructuredStep, plant: Plant, schedule: Schedule, start: Any) -> Any:
+    """States at the end of every interval."""
+    # The steps advance the state themselves; diffrax asks for a term but never evaluates it.
+    term = diffrax.ODETerm(lambda t, y, args: jax.tree.map(jnp.zeros_like, y))
+    intervals = schedule.load.shape[0]
+    ticks = jnp.arange(intervals + 1, dtype=schedule.time.dtype)
+    solution = diffrax.diffeqsolve(
+        term,
+        solver,
+        ticks[0],
+        ticks[-1],
+        None,
+        start,
+        (plant, schedule),
+        saveat=diffrax.SaveAt(steps=True),
+        stepsize_controller=diffrax.StepTo(ts=ticks),
+        adjoint=diffrax.ForwardMode(),
+        max_steps=intervals,
+        throw=False,
+    )
+    return solution.ys
+
+
+def simulate_slow(
+    plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]
+) -> Response:
+    """Quasi-static response from rest at q [rad or m] with HYST strains `hyst`."""
+    schedule = filtered(schedule, plant.temperature_filters)
+    first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
+    q = settle(plant, q, hyst, first, jnp.zeros_like(q))
+    states = _solve(QUASI_STATIC, plant, schedule, SlowState(q, hyst, q))
+    middle = 0.5 * (schedule.temperature[1:] + schedule.temperature[:-1])
+    drives = Drive(middle, schedule.load, schedule.applied)
+    sensed = jax.vmap(plant.sensed)(states.q_middle, states.hyst, drives)
+    duration = jnp.diff(schedule.time)
+    moved = jnp.diff(jnp.concatenate([q[None], states.q]))
+    speed = jnp.where(duration > 0.0, moved / jnp.where(duration > 0.0, duration, 1.0), 0.0)
+    return Response(sensed, states.hyst, speed, jnp.isfinite(sensed).all())
+
+
+def simulate_fast(
+    plant: Plant, schedule: Schedule, q: Scalar, speed: Scalar, hyst: Float[Array, "2"]
+) -> Response:
+    """Response with full inertia from q [rad or m], speed [rad/s or m/s] and HYST strains `hyst`."""
+    schedule = filtered(schedule, plant.temperature_filters)
+    states = _solve(STICK_SLIP, plant, schedule, FastState(q, speed, hyst))
+    drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
+    sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
+    return Response(sensed, states.hyst, states.speed, jnp.isfinite(sensed).all())

@@ -1,0 +1,103 @@
+"""A run as logged: position, temperatures, load and applied force over time."""
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from muscle_bayes.data import Run
+from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, quiet_style
+
+_SIDE_COLOURS = {"a": VERMILLION, "b": SKY}
+_MEDIAN_SPAN = 1.0
+"""Span of the running median drawn over the temperatures, s."""
+
+
+def run_figure(run: Run) -> Figure:
+    """Stacked panels of a run; panels of quantities that the run does not have are left out."""
+    panels: list[tuple[Callable[[Axes, Run], None], float]] = [(_position, 2.0)]
+    table = run.table
+    if any(np.ptp(table[f"temperature_{side}"]) > 0 for side in "ab"):
+        panels.append((_temperature, 1.5))
+    if table["load"].nunique() > 1:  # a constant load is told in the title
+        panels.append((_load, 0.8))
+    if table["applied"].any():
+        panels.append((_applied, 1.2))
+    heights = [height for _, height in panels]
+    with quiet_style():
+        fig = Figure(figsize=(8.0, 1.0 + 1.6 * sum(heights)))
+        axes = fig.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+        for axis, (draw, _) in zip(axes, panels, strict=True):
+            draw(axis, run)
+            _mark_gaps(axis, run)
+            axis.margins(x=0.01)
+        axes[0].set_title(_title(run))
+        axes[-1].set_xlabel("time [s]")
+        fig.align_ylabels(list(axes))
+    return fig
+
+
+def _title(run: Run) -> str:
+    origin = "SYNTHETIC" if run.metadata.origin == "synthetic" else "measured"
+    loads = run.table["load"]
+    load = f", load {loads[0] * 1e3:.4g} g" if loads[0] > 0 and loads.nunique() == 1 else ""
+    return f"{run.name}: {run.metadata.protocol} run, {origin}{load}"
+
+
+def _position(axis: Axes, run: Run) -> None:
+    axis.plot(run.table["time"], run.table["reading"], color=BLACK, linewidth=0.9)
+    for step in run.load_steps:
+        axis.axvline(step, color=GREY, linewidth=0.8, linestyle=":")
+    axis.set_ylabel(f"position reading [{run.unit}]")
+    sensor = run.sensor
+    linear = run.metadata.fixture.motion == "linear"
+    per_unit, label = (1e3, "x [mm]") if linear else (180.0 / np.pi, r"$\theta$ [deg]")
+    second = axis.secondary_yaxis(
+        "right",
+        functions=(
+            lambda reading: sensor.coordinate(reading) * per_unit,
+            lambda shown: sensor.reading(np.asarray(shown) / per_unit),
+        ),
+    )
+    second.set_ylabel(label)
+
+
+def _temperature(axis: Axes, run: Run) -> None:
+    """Readings pale, their running median over them: thermocouples are noisy."""
+    time = run.table["time"]
+    rows = max(1, round(_MEDIAN_SPAN / float(np.median(np.diff(time)))))
+    for side, colour in _SIDE_COLOURS.items():
+        reading, setpoint = run.table[f"temperature_{side}"], run.table[f"setpoint_{side}"]
+        smooth = reading.rolling(rows, center=True, min_periods=1).median()
+        axis.plot(time, reading, color=colour, linewidth=0.4, alpha=0.35)
+        axis.plot(time, smooth, color=colour, linewidth=1.3, label=f"temperature {side.upper()}")
+        if setpoint.max() > 0:
+            axis.plot(
+                time,
+                setpoint,
+                color=BLACK if side == "a" else BLUE,
+                linewidth=0.9,
+                linestyle=(0, (4, 2)),
+                drawstyle="steps-post",
+                label=f"setpoint {side.upper()}",
+            )
+    axis.set_ylabel("temperature [°C]")
+    axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=4, borderaxespad=0.0)
+
+
+def _load(axis: Axes, run: Run) -> None:
+    axis.plot(run.table["time"], run.table["load"] * 1e3, color=BLUE, drawstyle="steps-post")
+    axis.set_ylabel("load [g]")
+    axis.set_ylim(bottom=0)
+
+
+def _applied(axis: Axes, run: Run) -> None:
+    linear = run.metadata.fixture.motion == "linear"
+    axis.plot(run.table["time"], run.table["applied"], color=ORANGE, linewidth=0.8)
+    axis.set_ylabel("applied force [N]" if linear else "applied torque [N m]")
+
+
+def _mark_gaps(axis: Axes, run: Run) -> None:
+    for start, end in run.gaps:
+        axis.axvspan(start, end, color=GREY, alpha=0.25, linewidth=0)

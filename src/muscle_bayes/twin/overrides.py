@@ -1,0 +1,126 @@
+"""Rigs from a TOML file and from PARAM=VALUE, by the dotted names of the rig's dataclasses."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, get_args
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.twin.effects import make_effect
+from muscle_bayes.twin.rig import ElementKind, Rig
+
+_WORDS = {"kind": get_args(ElementKind), "friction_law": get_args(Friction)}
+_PAIRS = {"stops", "pause"}
+_OPTIONAL = {"heater_length"}
+
+
+def parameter_names(node: Any, path: str = "") -> list[str]:
+    """Dotted names of everything that can be set."""
+    names = []
+    for field in fields(node):
+        value = getattr(node, field.name)
+        if field.name == "effects":
+            continue
+        if is_dataclass(value):
+            names += parameter_names(value, f"{path}{field.name}.")
+        else:
+            names.append(path + field.name)
+    return names
+
+
+def resolve(rig: Rig, name: str) -> str:
+    """Full name of a parameter given by its full name or by the end of it that is its own alone."""
+    known = parameter_names(rig)
+    found = [full for full in known if full == name or full.endswith(f".{name}")]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise MuscleBayesError(f"parameter {name!r} is ambiguous: say one of {', '.join(found)}")
+    raise MuscleBayesError(f"unknown rig parameter {name!r}; known: {', '.join(known)}")
+
+
+def override(rig: Rig, values: Mapping[str, Any]) -> Rig:
+    """Rig with other values, given by name: `truth.J`, `J`, `muscle_a.K_hyst`, ..."""
+    for name, value in values.items():
+        full = resolve(rig, name)
+        rig = _set(rig, full.split("."), _checked(full, value))
+    return rig
+
+
+def parse_setting(text: str) -> tuple[str, Any]:
+    """Name and value from PARAM=VALUE; VALUE as in TOML, words need no quotes."""
+    name, separator, value = text.partition("=")
+    if not separator or not name.strip():
+        raise MuscleBayesError(f"{text!r} is not PARAM=VALUE")
+    try:
+        return name.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return name.strip(), value.strip()
+
+
+def read_rig(path: Path, rig: Rig | None = None) -> Rig:
+    """Rig from a TOML file: tables as the dataclasses nest, [effects.NAME] for hidden effects.
+
+    What the file leaves out keeps its value in `rig`, the default rig if none is given.
+    """
+    content = read_toml(path)
+    effects = content.pop("effects", {})
+    try:
+        rig = override(rig or Rig(), _flat(content))
+        made = tuple(make_effect(name, **values) for name, values in effects.items())
+    except MuscleBayesError as error:
+        raise MuscleBayesError(f"{path}: {error}") from None
+    except (AttributeError, TypeError):
+        raise MuscleBayesError(
+            f"{path}: effects: write one table [effects.NAME] for each, numbers inside"
+        ) from None
+    return replace(rig, truth=replace(rig.truth, effects=(*rig.truth.effects, *made)))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Content of a TOML file."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise MuscleBayesError(f"{path}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise MuscleBayesError(f"{path}: not TOML: {error}") from None
+
+
+def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{path}{key}.")
+        else:
+            flat[path + key] = value
+    return flat
+
+
+def _checked(full: str, value: Any) -> Any:
+    leaf = full.rpartition(".")[2]
+    if leaf in _WORDS:
+        if value not in _WORDS[leaf]:
+            raise MuscleBayesError(f"{full}: {value!r} is none of {', '.join(_WORDS[leaf])}")
+        return value
+    if leaf in _PAIRS:
+        if isinstance(value, list) and len(value) == 2 and all(map(_is_number, value)):
+            return (float(value[0]), float(value[1]))
+        raise MuscleBayesError(f"{full}: {value!r} is not a pair [lower, upper]")
+    if leaf in _OPTIONAL and value == "none":
+        return None
+    if not _is_number(value):
+        raise MuscleBayesError(f"{full}: {value!r} is not a number")
+    return float(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _set(node: Any, path: list[str], value: Any) -> Any:
+    if len(path) > 1:
+        value = _set(getattr(node, path[0]), path[1:], value)
+    return replace(node, **{path[0]: value})
