@@ -6,11 +6,13 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 from numpyro.distributions import biject_to
 
+from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.noise import NoiseParameters, reading_variance, whiten
-from muscle_bayes.inference.prior import muscle_parameters
+from muscle_bayes.inference.prior import first_hyst, muscle_parameters
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
@@ -29,67 +31,147 @@ def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
     return muscle_parameters(values, data.base_length) if "contraction" in values else None
 
 
-def plant_of(rig: Plant, values: Values, layout: Layout, data: Data) -> Plant:
-    """A rig with the sampled values filled in and the layout's effects added."""
-    friction = FRICTION_LAWS[layout.friction](values["D"])
-    inertia = values.get("J", jnp.zeros(()))
-    plant = with_parameters(rig, inertia, friction, muscle_of(values, data))
-    for name in layout.effects:
-        kind = effect_type(name)
-        plant = plant + kind(**{key: values[f"{name}.{key}"] for key in kind.parameters})
+class Physical(NamedTuple):
+    """What the plant of every lane shares."""
+
+    inertia: Array | None
+    """J; None where no run shows it."""
+    friction: Array
+    """D."""
+    muscle: MuscleParameters | None
+    effects: tuple[dict[str, Array], ...]
+    """Parameters of each effect, in the layout's order."""
+
+
+def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
+    """The plant's parameters from the sampled values."""
+    effects = tuple(
+        {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
+        for name in layout.effects
+    )
+    return Physical(values.get("J"), values["D"], muscle_of(values, data), effects)
+
+
+def plant_of(rig: Plant, physical: Physical, layout: Layout) -> Plant:
+    """A rig with its parameters filled in and the layout's effects added."""
+    friction = FRICTION_LAWS[layout.friction](physical.friction)
+    inertia = jnp.zeros(()) if physical.inertia is None else physical.inertia
+    plant = with_parameters(rig, inertia, friction, physical.muscle)
+    for name, parameters in zip(layout.effects, physical.effects, strict=True):
+        plant = plant + effect_type(name)(**parameters)
     return plant
 
 
-class LaneStart(NamedTuple):
-    """How a lane begins."""
+class Origin(NamedTuple):
+    """What a lane's own simulation starts from; None where it is not an unknown."""
 
-    zero: Float[Array, ""]
-    """Reading at q = 0."""
-    reading: Float[Array, ""]
-    """First reading [log's unit]."""
-    speed: Float[Array, ""]
-    """First speed [log's unit per s]."""
-    hyst: Float[Array, "2"]
-    """sigma_hyst of both sides."""
+    q: Float[Array, ""]
+    """First coordinate [rad or m]."""
+    speed: Float[Array, ""] | None
+    """First speed [rad/s or m/s]; None: at rest."""
+    hyst: Float[Array, ""] | None
+    """First sigma_hyst of both sides; None: no muscle."""
 
 
-def starts(values: Values, lanes: Lanes, regime: str, segmented: bool) -> LaneStart:
-    """The start of every lane, from the per-run unknowns (or the rough start of a segment)."""
-    count = lanes.run.shape[0]
-    nothing = jnp.zeros(count)
+class Inputs(NamedTuple):
+    """All that one lane's simulation depends on."""
 
-    def own(key: str) -> Array:
-        site = values.get(f"{regime}.{key}")
-        return nothing if site is None or segmented else site[lanes.run]
-
-    hyst = jnp.repeat(own("hyst")[:, None], 2, axis=1)
-    if segmented:
-        return LaneStart(nothing, lanes.start[:, 0], lanes.start[:, 1], hyst)
-    speed = own("speed") * (1.0 - lanes.released)
-    return LaneStart(own("zero"), own("start"), speed, hyst)
+    physical: Physical
+    origin: Origin
 
 
-def lane_response(plant: Plant, lane: Lanes, start: LaneStart, regime: str) -> Response:
-    """Response of one lane, `sensed` turned into readings of the log's unit."""
-    q = lane.scale * (start.reading - start.zero)
+def _zeros(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
+    """Reading at q = 0 of every lane [log's unit]."""
+    zero = values.get(f"{regime}.zero")
+    return jnp.zeros(lanes.run.shape) if zero is None or cut else zero[lanes.run]
+
+
+def _origins(values: Values, lanes: Lanes, regime: str, cut: bool) -> Origin:
+    """Start of every lane, from the per-run unknowns (or the rough start of a segment)."""
+    if cut:
+        return Origin(lanes.scale * lanes.start[:, 0], lanes.scale * lanes.start[:, 1], None)
+    first = values[f"{regime}.start"][lanes.run] - _zeros(values, lanes, regime, cut)
+    speed, held = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_tension")
+    if speed is not None:
+        speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)
+    hyst = None if held is None else first_hyst(values, held)[lanes.run]
+    return Origin(lanes.scale * first, speed, hyst)
+
+
+def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
+    """Response of one lane; `sensed` in readings above the reading at q = 0."""
+    plant = plant_of(lane.plant, inputs.physical, layout)
+    q, speed, hyst = inputs.origin
+    both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
     if regime == "slow":
-        response = simulate_slow(plant, lane.schedule, q, start.hyst)
+        response = simulate_slow(plant, lane.schedule, q, both)
     else:
-        speed = lane.scale * start.speed
-        response = simulate_fast(plant, lane.schedule, q, speed, start.hyst)
-    return response._replace(sensed=start.zero + response.sensed / lane.scale)
+        moving = jnp.zeros(()) if speed is None else speed
+        response = simulate_fast(plant, lane.schedule, q, moving, both)
+    return response._replace(sensed=response.sensed / lane.scale)
 
 
 def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
-    """Response of every lane, one entry a group, each with a leading lane axis."""
+    """Response of every lane, `sensed` in the log's unit, one entry a group, lanes leading."""
     result = []
+    physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
-        def one(lane, start, regime=regime):
-            return lane_response(plant_of(lane.plant, values, layout, data), lane, start, regime)
+        def one(lane, origin, zero, regime=regime):
+            response = _simulate(Inputs(physical, origin), lane, layout, regime)
+            return response._replace(sensed=zero + response.sensed)
 
-        result.append(jax.vmap(one)(lanes, starts(values, lanes, regime, cut)))
+        origins = _origins(values, lanes, regime, cut)
+        result.append(jax.vmap(one)(lanes, origins, _zeros(values, lanes, regime, cut)))
     return result
+
+
+class Prediction(NamedTuple):
+    """What a lane's model says of its readings."""
+
+    reading: Float[Array, "interval"]
+    """Readings above the reading at q = 0."""
+    reach: Float[Array, "interval 2"]
+    """Change of the readings per prior standard deviation of a segment's start; else zero."""
+    finite: Float[Array, ""]
+    """1 if the solve succeeded, else 0."""
+
+
+def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool) -> Prediction:
+    """Prediction of one lane, differentiable in any mode."""
+    vector, restore = ravel_pytree(inputs)
+
+    def predict(vector: Array, lane: Lanes) -> Prediction:
+        physical, origin = restore(vector)
+
+        def at(q, speed) -> tuple[Array, Array]:
+            moved = Inputs(physical, origin._replace(q=q, speed=speed))
+            response = _simulate(moved, lane, layout, regime)
+            return response.sensed, response.finite
+
+        reading, finite = at(origin.q, origin.speed)
+        if not cut:
+            return Prediction(reading, jnp.zeros((reading.size, 2)), finite * 1.0)
+
+        def along(direction: Array) -> Array:
+            return jax.jvp(lambda *x: at(*x)[0], (origin.q, origin.speed), tuple(direction))[1]
+
+        reach = jax.vmap(along, out_axes=1)(jnp.diag(lane.start_spread * lane.scale))
+        return Prediction(reading, reach, finite * 1.0)
+
+    return with_forward_jacobian(predict)(vector, lane)
+
+
+def rms_by_regime(values: Values, layout: Layout, data: Data) -> dict[str, Array]:
+    """Root mean square of reading minus model over all readings of each regime [log's unit]."""
+    squares: dict[str, Array] = {}
+    counts: dict[str, Array] = {}
+    parts = zip(responses(values, layout, data), data.lanes, layout.regimes, strict=True)
+    for response, lanes, regime in parts:
+        residual = _guarded(lanes.reading - response.sensed) * (lanes.weight > 0)
+        squares[regime] = squares.get(regime, 0.0) + jnp.sum(residual**2)
+        counts[regime] = counts.get(regime, 0.0) + jnp.sum(lanes.weight > 0)
+    return {regime: jnp.sqrt(squares[regime] / counts[regime]) + 1e-12 for regime in squares}
 
 
 def noise_of(values: Values, regime: str) -> NoiseParameters:
@@ -112,60 +194,47 @@ def _guarded(residual: Array) -> Array:
     return jnp.where(jnp.isfinite(residual), residual, 0.0)
 
 
-def _known_start(lane: Lanes, start: LaneStart, noise: NoiseParameters, plant, regime) -> LaneFit:
-    response = lane_response(plant, lane, start, regime)
-    variance = reading_variance(noise, lane.weight, lane.coarse, lane.quantum)
-    seen = (lane.weight > 0).astype(lane.reading.dtype)
-    residual = _guarded(lane.reading - response.sensed)
-    errors, log_scale = whiten(residual[:, None], lane.time, variance, seen, noise)
-    log_density = -0.5 * errors[:, 0] ** 2 - log_scale - 0.5 * LOG_2PI * seen
-    return LaneFit(log_density, errors[:, 0], response.finite)
+def _explain(
+    lane: Lanes, zero: Array, prediction: Prediction, noise: NoiseParameters, cut: bool
+) -> LaneFit:
+    """Density of a lane's readings.
 
-
-def _free_start(lane: Lanes, start: LaneStart, noise: NoiseParameters, plant, regime) -> LaneFit:
-    """Density with the start integrated out: the response is linear in it over a short segment.
-
-    With errors z and start sensitivities S (both whitened), prior covariance P of the start:
-    log N(z; 0, I + S P S') by the matrix inversion and determinant lemmas.
+    A segment's start is integrated out: over a short segment the response is linear in it. With
+    errors z and start sensitivities S (both whitened, S per prior standard deviation),
+    log N(z; 0, I + S S') by the matrix inversion and determinant lemmas.
     """
-
-    def sensed(x):
-        moved = start._replace(reading=x[0], speed=x[1])
-        response = lane_response(plant, lane, moved, regime)
-        return response.sensed, response.finite
-
-    rough = jnp.stack([start.reading, start.speed])
-    reach = jax.vmap(lambda d: jax.jvp(lambda x: sensed(x)[0], (rough,), (d,))[1])(
-        jnp.diag(lane.start_spread)
-    )
-    predicted, finite = sensed(rough)
     variance = reading_variance(noise, lane.weight, lane.coarse, lane.quantum)
     seen = (lane.weight > 0).astype(lane.reading.dtype)
-    columns = _guarded(jnp.stack([lane.reading - predicted, reach[0], reach[1]], axis=1))
-    errors, log_scale = whiten(columns, lane.time, variance, seen, noise)
+    residual = lane.reading - zero - prediction.reading
+    columns = residual[:, None]
+    if cut:
+        columns = jnp.concatenate([columns, prediction.reach], axis=1)
+    errors, log_scale = whiten(_guarded(columns), lane.time, variance, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
-    # reach is per standard deviation of the start, so its prior covariance here is the identity.
-    information = jnp.eye(2) + s.T @ s
-    found = jnp.linalg.solve(information, s.T @ z)
-    volume = 0.5 * jnp.linalg.slogdet(information)[1]
-    share = seen / jnp.maximum(seen.sum(), 1.0)
-    explained = 0.5 * (s @ found) * z - volume * share
-    log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen + explained
-    return LaneFit(log_density, z - s @ found, finite)
+    log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
+    if cut:
+        information = jnp.eye(2) + s.T @ s
+        explained = s @ jnp.linalg.solve(information, s.T @ z)
+        volume = 0.5 * jnp.linalg.slogdet(information)[1]
+        share = seen / jnp.maximum(seen.sum(), 1.0)
+        log_density = log_density + 0.5 * explained * z - volume * share
+        z = z - explained
+    return LaneFit(log_density, z, prediction.finite > 0.5)
 
 
 def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
     """How every lane is explained, one entry a group, each with a leading lane axis."""
     result = []
+    physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
         noise = noise_of(values, regime)
-        explain = _free_start if cut else _known_start
 
-        def one(lane, start, regime=regime, noise=noise, explain=explain):
-            plant = plant_of(lane.plant, values, layout, data)
-            return explain(lane, start, noise, plant, regime)
+        def one(lane, origin, zero, regime=regime, noise=noise, cut=cut):
+            prediction = _predict(Inputs(physical, origin), lane, layout, regime, cut)
+            return _explain(lane, zero, prediction, noise, cut)
 
-        result.append(jax.vmap(one)(lanes, starts(values, lanes, regime, cut)))
+        origins = _origins(values, lanes, regime, cut)
+        result.append(jax.vmap(one)(lanes, origins, _zeros(values, lanes, regime, cut)))
     return result
 
 

@@ -10,14 +10,31 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.density import log_prior, potential, standardised_errors, unconstrain
+from muscle_bayes.inference.density import (
+    constrain,
+    log_prior,
+    potential,
+    rms_by_regime,
+    standardised_errors,
+    unconstrain,
+)
+from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Data, Layout
 
-PRIOR_DRAWS = 128
+PRIOR_DRAWS = 256
 """Draws of the prior among which optimisation starts."""
-STARTS = 4
-"""Best draws that are optimised."""
+STARTS = 6
+"""Best draws whose shape is fitted."""
+FINALISTS = 2
+"""Best shapes that are fitted in full."""
+SHAPE_ROUNDS, SHAPE_STEPS = 3, 15
+"""Rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
 MAX_STEPS = 60
+LONGEST_MOVE = 2.0
+LEAST_GAIN = 1e-3
+"""Decrease of the potential below which a descent ends."""
+EFFECTIVE_SHARE = 5.0
+"""Readings per independent one while a shape is fitted."""
 LEAST_PRECISION = 1e-4
 """Least prior precision of a direction, for flat or concave priors."""
 
@@ -35,12 +52,25 @@ class Mode(NamedTuple):
 
 
 @partial(jax.jit, static_argnames="layout")
-def _draw(key: Array, layout: Layout, data: Data) -> Float[Array, "n"]:
-    keys = jax.random.split(key, len(layout.shapes))
-    values = {
-        name: data.priors[name].sample(one) for one, (name, _) in zip(keys, layout.shapes, strict=True)
-    }
-    return unconstrain(values, layout, data)
+def _candidates(keys: Array, layout: Layout, data: Data) -> tuple[Array, Array]:
+    """Prior draws, unconstrained, and their potentials.
+
+    The discrepancy of each draw is set to its own misfit: a draw of the right shape must not be
+    passed over because noise that was drawn with it is too small for a first guess.
+    """
+
+    def one(key: Array) -> tuple[Array, Array]:
+        parts = jax.random.split(key, len(layout.shapes))
+        values = {
+            name: data.priors[name].sample(part)
+            for part, (name, _) in zip(parts, layout.shapes, strict=True)
+        }
+        for regime, misfit in rms_by_regime(values, layout, data).items():
+            values[f"{regime}.discrepancy"] = misfit
+        vector = unconstrain(values, layout, data)
+        return vector, potential(vector, layout, data)
+
+    return jax.lax.map(one, keys, batch_size=16)
 
 
 @partial(jax.jit, static_argnames="layout")
@@ -49,14 +79,9 @@ def _potential(vector, layout: Layout, data: Data):
 
 
 @partial(jax.jit, static_argnames="layout")
-def _potentials(vectors, layout: Layout, data: Data):
-    return jax.lax.map(lambda v: potential(v, layout, data), vectors, batch_size=16)
-
-
-@partial(jax.jit, static_argnames="layout")
 def _curvature(vector, layout: Layout, data: Data):
     """Gradient of the potential, and Gauss-Newton information plus prior precision."""
-    gradient = jax.jacfwd(potential)(vector, layout, data)
+    gradient = jax.grad(potential)(vector, layout, data)
     jacobian = jax.jacfwd(standardised_errors)(vector, layout, data)
     prior = -jax.hessian(log_prior)(vector, layout, data)
     values, vectors = jnp.linalg.eigh(0.5 * (prior + prior.T))
@@ -64,28 +89,68 @@ def _curvature(vector, layout: Layout, data: Data):
     return gradient, jacobian.T @ jacobian + prior
 
 
-def _descend(vector: Array, layout: Layout, data: Data) -> Mode:
-    """Levenberg-Marquardt on the potential: Gauss-Newton steps, damped until they descend."""
+@partial(jax.jit, static_argnames=("layout", "plain"))
+def _with_noise_of_misfit(vector, layout: Layout, data: Data, plain: bool):
+    """The vector with each regime's noise set to its misfit: all white if plain, else lasting."""
+    values = constrain(vector, layout, data)
+    for regime, misfit in rms_by_regime(values, layout, data).items():
+        typical = {key: data.priors[f"{regime}.{key}"] for key in NoiseParameters._fields}
+        if plain:
+            weights = [
+                lanes.weight.ravel()
+                for lanes, name in zip(data.lanes, layout.regimes, strict=True)
+                if name == regime
+            ]
+            readings = jnp.quantile(jnp.concatenate(weights), 0.9)
+            noise = NoiseParameters(
+                misfit * jnp.sqrt(EFFECTIVE_SHARE * readings),
+                1e-3 * misfit,
+                typical["correlation_time"].mean,
+            )
+        else:
+            noise = NoiseParameters(
+                typical["noise"].mean, misfit, typical["correlation_time"].mean
+            )
+        values |= {f"{regime}.{key}": value for key, value in noise._asdict().items()}
+    return unconstrain(values, layout, data)
+
+
+def _noise_mask(layout: Layout) -> np.ndarray:
+    """1 for entries of the vector that are not noise parameters."""
+    ends = tuple(f".{key}" for key in NoiseParameters._fields)
+    return np.concatenate(
+        [
+            np.full(int(np.prod(shape)), float(not name.endswith(ends)))
+            for name, shape in layout.shapes
+        ]
+    )
+
+
+def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Mode:
+    """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
     value, damping, step = float(_potential(vector, layout, data)), 1e-2, 0
     gradient, information = _curvature(vector, layout, data)
-    while step < MAX_STEPS:
+    chosen = np.flatnonzero(free)
+    while step < limit:
         step += 1
-        scale = jnp.diag(jnp.diag(information))
-        move = -jnp.linalg.solve(information + damping * scale, gradient)
+        part = np.asarray(information)[np.ix_(chosen, chosen)]
+        damped = part + damping * np.diag(np.diag(part))
+        move = np.zeros(vector.shape)
+        move[chosen] = -np.linalg.solve(damped, np.asarray(gradient)[chosen])
         # A move of many prior standard deviations at once leaves the region the model is good in.
-        move = move * jnp.minimum(1.0, 3.0 / jnp.max(jnp.abs(move)))
+        move *= min(1.0, LONGEST_MOVE / max(np.abs(move * (free > 0)).max(), 1e-300))
         trial = float(_potential(vector + move, layout, data))
         if trial < value:
             gain, vector, value = value - trial, vector + move, trial
             damping = max(damping * 0.2, 1e-9)
-            gradient, information = _curvature(vector, layout, data)
-            if gain < 1e-4:
+            if gain < LEAST_GAIN:
                 break
+            gradient, information = _curvature(vector, layout, data)
         else:
             damping *= 6.0
             if damping > 1e8:
                 break
-    return Mode(vector, value, information, step)
+    return Mode(vector, value, _curvature(vector, layout, data)[1], step)
 
 
 def find_mode(
@@ -96,18 +161,28 @@ def find_mode(
 ) -> Mode:
     """The best of several local maxima, started from the most probable of many prior draws.
 
-    Raises MuscleBayesError when no prior draw gives a finite density.
+    Each start is first fitted as if its misfit were independent noise, which looks at the whole
+    shape of a run, and only the best of these with the discrepancy's correlation, which looks at
+    how it changes. Raises MuscleBayesError when no prior draw gives a finite density.
     """
-    draws = jax.vmap(lambda one: _draw(one, layout, data))(jax.random.split(key, PRIOR_DRAWS))
-    values = np.asarray(_potentials(draws, layout, data))
+    draws, potentials = _candidates(jax.random.split(key, PRIOR_DRAWS), layout, data)
+    values = np.asarray(potentials)
     order = np.argsort(np.where(np.isfinite(values), values, np.inf))
     if not np.isfinite(values[order[0]]):
         raise MuscleBayesError(
             "the model cannot be simulated anywhere in the prior for these runs; check the geometry "
             "in their metadata (lengths in m, masses in kg, angles in rad)"
         )
-    modes = []
+    physical, everything = _noise_mask(layout), np.ones(len(_noise_mask(layout)))
+    shaped = []
     for count, start in enumerate(order[:STARTS]):
-        modes.append(_descend(draws[start], layout, data))
-        report(f"start {count + 1} of {STARTS}: -log density {modes[-1].potential:.2f}")
+        vector = draws[start]
+        for _ in range(SHAPE_ROUNDS):
+            vector = _with_noise_of_misfit(vector, layout, data, True)
+            vector = _descend(vector, layout, data, physical, SHAPE_STEPS).vector
+        vector = _with_noise_of_misfit(vector, layout, data, False)
+        shaped.append((float(_potential(vector, layout, data)), count, vector))
+        report(f"start {count + 1} of {STARTS}: -log density {shaped[-1][0]:.2f}")
+    shaped.sort(key=lambda one: one[:2])
+    modes = [_descend(one[2], layout, data, everything, MAX_STEPS) for one in shaped[:FINALISTS]]
     return min(modes, key=lambda mode: mode.potential)

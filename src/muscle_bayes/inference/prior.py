@@ -8,7 +8,7 @@ import numpy as np
 import numpyro.distributions as dist
 from jaxtyping import Array
 
-from muscle_bayes.conventions import Friction
+from muscle_bayes.conventions import STRAIN_EPSILON, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.record import Record
 from muscle_bayes.inference.rig import driving_force, has_muscle, tension_lever
@@ -55,24 +55,28 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales, fast: b
         middle = 10.0 if linear else 3e-3
         sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
     if friction == "coulomb":
-        unit, middle = ("N" if linear else "N m"), 0.1 * size.force
+        unit, middle = ("N" if linear else "N m"), 0.05 * size.force
         meaning = "dry friction"
     else:
-        unit, middle = ("N s/m" if linear else "N m s"), 0.1 * size.force / size.speed
+        unit, middle = ("N s/m" if linear else "N m s"), 0.05 * size.force / size.speed
         meaning = "friction per unit speed"
-    sites["D"] = Site(dist.LogNormal(np.log(middle), 1.5), unit, meaning)
+    sites["D"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, meaning)
     return sites
 
 
 def muscle_sites(size: Scales) -> dict[str, Site]:
     """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
 
-    Thermal strain is described by its values at 25 and 90 C and its bend between them, springs by
-    force per unit strain relative to the tension at hand, the damper by HYST's time constant.
+    Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
+    force per unit strain relative to the tension at hand, the damper by HYST's time constant. While
+    both springs are open the data see C, F_modulus_min and F_hyst_min only in the sum
+    rest_strain = s(25) - F_modulus_min/modulus - F_hyst_min/stiffness_hyst, so that is sampled.
     """
     pull = size.tension
     return {
-        "offset_cold": Site(dist.Normal(0.0, 0.05), "1", "thermal strain at 25 C"),
+        "rest_strain": Site(
+            dist.Normal(-0.15, 0.2), "1", "strain at 25 C where both springs' lines meet zero force"
+        ),
         "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
         "bend": Site(
             dist.Normal(0.0, 0.2), "1", "strain at 57.5 C off the chord, per unit contraction"
@@ -89,15 +93,21 @@ def muscle_sites(size: Scales) -> dict[str, Site]:
 def muscle_parameters(values: Mapping[str, Array], base_length: float) -> MuscleParameters:
     """Table 2's nine parameters from the sampled quantities.
 
-    With s(T) = A T^2 + B T + C: s(25) = offset_cold, s(90) = offset_cold - contraction,
-    s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through
-    time_constant K_hyst at 25 C and softening times that at 90 C.
+    With s(T) = A T^2 + B T + C: s(25) = rest_strain + F_modulus_min/modulus
+    + F_hyst_min/stiffness_hyst, s(90) = s(25) - contraction, s(57.5) = chord + bend contraction;
+    K = stiffness / L_base; H (T + T_off) through time_constant K_hyst at 25 C and softening times
+    that at 90 C.
     """
     span, middle = HOT - COLD, 0.5 * (HOT + COLD)
     bow = values["bend"] * values["contraction"]
     a = -4.0 * bow / span**2
     b = -values["contraction"] / span - 2.0 * a * middle
-    c = values["offset_cold"] - a * COLD**2 - b * COLD
+    cold_offset = (
+        values["rest_strain"]
+        + values["F_modulus_min"] / values["modulus"]
+        + values["F_hyst_min"] / values["stiffness_hyst"]
+    )
+    c = cold_offset - a * COLD**2 - b * COLD
     k_hyst = values["stiffness_hyst"] / base_length
     cold = values["time_constant"] * k_hyst
     h = -cold * (1.0 - values["softening"]) / span
@@ -112,6 +122,13 @@ def muscle_parameters(values: Mapping[str, Array], base_length: float) -> Muscle
         H=h,
         T_hyst_offset=cold / h - COLD,
     )
+
+
+def first_hyst(values: Mapping[str, Array], held: Array) -> Array:
+    """sigma_hyst at which HYST's spring holds `held` [N]: the inverse of eq. 13."""
+    least = values["F_hyst_min"]
+    opening = STRAIN_EPSILON * jnp.minimum(held, least) / least
+    return opening + jnp.maximum(held - least, 0.0) / values["stiffness_hyst"]
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
@@ -150,7 +167,9 @@ def noise_sites(runs: Sequence[Run], regime: str, typical_time: float) -> dict[s
     }
 
 
-def run_sites(runs: Sequence[Run], records: Sequence[Record], regime: str) -> dict[str, Site]:
+def run_sites(
+    runs: Sequence[Run], records: Sequence[Record], regime: str, size: Scales
+) -> dict[str, Site]:
     """Unknowns of each run: zero of the potentiometer, first reading, first speed, first HYST."""
     names = [run.name for run in runs]
     quantum = np.array([run.sensor.resolution for run in runs])
@@ -164,12 +183,14 @@ def run_sites(runs: Sequence[Run], records: Sequence[Record], regime: str) -> di
     sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
     if regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
         slope = np.array([record.start_speed for record in records])
-        loose = np.abs(slope) + np.array([10.0 * value for value in spread])
+        loose = np.abs(slope) + 10.0 * spread
         sites["speed"] = Site(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
     if any(has_muscle(run) for run in runs):
-        sites["hyst"] = Site(
-            dist.HalfNormal(jnp.full(len(names), 0.15)), "1", "sigma_hyst at the first row"
+        sites["hyst_tension"] = Site(
+            dist.LogNormal(jnp.full(len(names), np.log(0.5 * size.tension)), 0.7),
+            "N",
+            "force that HYST's spring holds at the first row",
         )
     return sites

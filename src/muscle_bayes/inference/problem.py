@@ -14,6 +14,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference import prior
+from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.record import Record, is_slow, record_of, segments
 from muscle_bayes.inference.rig import has_muscle, rig
 from muscle_bayes.physics.effect import Scales
@@ -153,6 +154,7 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
         raise MuscleBayesError("effect 'coil-contact' acts on a muscle, but no run has one")
 
 
+@double_precision
 def pose(
     runs: Sequence[Run], friction: Friction = "coulomb", effects: Sequence[str] = ()
 ) -> Problem:
@@ -182,7 +184,7 @@ def pose(
         sites |= prior.noise_sites(chosen, regime, TYPICAL_MISFIT_TIME[regime])
         if own:
             own_runs, own_records = [runs[i] for i in own], [records[i] for i in own]
-            per_run = prior.run_sites(own_runs, own_records, regime)
+            per_run = prior.run_sites(own_runs, own_records, regime, size)
             sites |= {f"{regime}.{key}": site for key, site in per_run.items()}
             site_runs[regime] = tuple(run.name for run in own_runs)
         groups: dict[tuple, list[int]] = {}
@@ -205,7 +207,8 @@ def pose(
     shapes = tuple((name, tuple(site.prior.shape())) for name, site in sites.items())
     layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
     priors = {name: site.prior for name, site in sites.items()}
-    data = Data(tuple(lanes), priors, np.asarray(lengths[0] if lengths else 1.0))
+    base_length = np.asarray(lengths[0] if lengths else 1.0)
+    data = jax.tree.map(jnp.asarray, Data(tuple(lanes), priors, base_length))
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs
     )

@@ -10,9 +10,9 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle, restores
 from muscle_bayes.physics.schedule import Schedule
 
-SLOW_INTERVALS = 1500
+SLOW_INTERVALS = 400
 """Intervals into which a slow run is divided, unless that makes them longer than SLOW_LONGEST."""
-SLOW_LONGEST = 2.0
+SLOW_LONGEST = 4.0
 """Longest interval of a slow run, s."""
 READINGS_PER_INTERVAL = 4
 """Fewest readings that an interval of a slow run averages."""

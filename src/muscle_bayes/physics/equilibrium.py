@@ -11,6 +11,8 @@ from muscle_bayes.physics.linkage import Scalar
 TOLERANCE = 1e-11
 """Relative width of the bracket, or relative Newton step, at which the search ends."""
 MAX_ITERATIONS = 80
+FIRST_REACH = 0.02
+"""Largest first guess of the distance to the next rest, as a share of the way between the stops."""
 
 
 def play(
@@ -38,7 +40,26 @@ def play(
         """Force left after friction, positive while the rotor still slides away from q_start."""
         return direction * force(x, args_f) - dry_f
 
-    at_stop = excess(far) > 0.0
+    room = jnp.abs(far - q_start)
+
+    def short(carry):
+        reach, over = carry
+        return (direction != 0.0) & (over > 0.0) & (reach < room)
+
+    def widen(carry):
+        reach = jnp.minimum(2.0 * carry[0], room)
+        return reach, excess(q_start + direction * reach)
+
+    # The search widens from the start, so that it ends at the nearest rest and not at one beyond an
+    # over-centre position. The first guess is twice a Newton step.
+    over, slope = jax.jvp(excess, (q_start,), (jnp.ones_like(q_start),))
+    falling = slope * direction < 0.0
+    newton_reach = jnp.where(falling, jnp.abs(over / jnp.where(falling, slope, 1.0)), 0.0)
+    guess = jnp.clip(newton_reach, TOLERANCE * span, FIRST_REACH * span)
+    guess = jnp.minimum(guess, 0.5 * room)
+    reach, over = jax.lax.while_loop(short, widen, (guess, jnp.ones_like(over)))
+    beyond = q_start + direction * reach
+    at_stop = (direction != 0.0) & (over > 0.0)
 
     def unfinished(carry):
         _, near, beyond, step, count = carry
@@ -60,7 +81,7 @@ def play(
         return new, near, beyond, new - x, count + 1
 
     moving = (direction != 0.0) & ~at_stop
-    start = (q_start, q_start, jnp.where(moving, far, q_start), span, 0)
+    start = (q_start, q_start, jnp.where(moving, beyond, q_start), span, 0)
     root = jax.lax.stop_gradient(jax.lax.while_loop(unfinished, improve, start)[0])
     # One Newton step with the slope held fixed carries the derivative of the implicit equation.
     _, slope = jax.jvp(lambda x: force(x, args_f), (root,), (jnp.ones_like(root),))

@@ -78,4 +78,8 @@ def slow_step(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Arr
     q_middle = settle(plant, state.q, hyst_middle, middle, 0.5 * duration)
     hyst = _full_step(plant, q_middle, state.hyst, middle, duration)
     q = settle(plant, q_middle, hyst, end, 0.5 * duration)
-    return SlowState(q, hyst, q_middle)
+    # An interval of no length is padding, whatever its load: without this the rotor would slide.
+    padding = duration <= 0.0
+    still = SlowState(state.q, state.hyst, state.q)
+    moved = SlowState(q, hyst, q_middle)
+    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moved, strict=True)))
