@@ -10,12 +10,14 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle, restores
 from muscle_bayes.physics.schedule import Schedule
 
-SLOW_INTERVALS = 400
+SLOW_INTERVALS = 750
 """Intervals into which a slow run is divided, unless that makes them longer than SLOW_LONGEST."""
-SLOW_LONGEST = 4.0
+SLOW_LONGEST = 2.0
 """Longest interval of a slow run, s."""
 READINGS_PER_INTERVAL = 4
 """Fewest readings that an interval of a slow run averages."""
+THERMOMETER_WINDOW = 0.3
+"""Temperatures are averaged over this long before and after a node, s."""
 FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
@@ -60,11 +62,16 @@ def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
 
 
 def _at_nodes(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """`values` averaged around each node, halfway to its neighbours; interpolated across gaps."""
-    middles = 0.5 * (nodes[1:] + nodes[:-1])
-    around = _means(values, np.searchsorted(middles, time), nodes.size)
-    known = np.isfinite(around)
-    return np.interp(nodes, nodes[known], around[known])
+    """`values` averaged within THERMOMETER_WINDOW of each node; interpolated where there are none.
+
+    A longer average would cut the peaks at which friction makes the rotor turn back.
+    """
+    nearest = np.searchsorted(0.5 * (nodes[1:] + nodes[:-1]), time)
+    owner = np.where(np.abs(nodes[nearest] - time) <= THERMOMETER_WINDOW, nearest, -1)
+    around = _means(values, owner, nodes.size)
+    lone = np.isnan(around)
+    around[lone] = np.interp(nodes[lone], time, values)
+    return around
 
 
 def _observations(

@@ -32,7 +32,8 @@ def play(
     frozen = jax.lax.stop_gradient((q, args, dry, stops))
     q_start, args_f, dry_f, stops_f = frozen
     pull = force(q_start, args_f)
-    direction = jnp.sign(pull) * (jnp.abs(pull) > dry_f)
+    # So written, a pull that is not finite moves the rotor instead of passing for a stuck one.
+    direction = jnp.where(jnp.abs(pull) <= dry_f, 0.0, jnp.sign(pull))
     far = jnp.where(direction > 0, stops_f[1], stops_f[0])
     span = jnp.abs(stops_f[1] - stops_f[0])
 
@@ -59,7 +60,7 @@ def play(
     guess = jnp.minimum(guess, 0.5 * room)
     reach, over = jax.lax.while_loop(short, widen, (guess, jnp.ones_like(over)))
     beyond = q_start + direction * reach
-    at_stop = (direction != 0.0) & (over > 0.0)
+    at_stop = (direction != 0.0) & (over > 0.0) & (reach >= room)
 
     def unfinished(carry):
         _, near, beyond, step, count = carry

@@ -52,7 +52,8 @@ def _rk4(plant: Plant, state: FastState, sign: Scalar, drives, duration: Scalar)
 def _slip_sign(plant: Plant, state: FastState, drive: Drive) -> tuple[Scalar, Scalar]:
     """Direction in which dry friction is overcome at this state, 0 if it sticks; and the force."""
     force = plant.force(state.q, state.speed, state.hyst, drive)
-    breaks_away = jnp.sign(force) * (jnp.abs(force) > plant.friction.dry)
+    # So written, a force that is not finite moves the rotor instead of passing for a stuck one.
+    breaks_away = jnp.where(jnp.abs(force) <= plant.friction.dry, 0.0, jnp.sign(force))
     return jnp.where(state.speed == 0.0, breaks_away, jnp.sign(state.speed)), force
 
 

@@ -86,6 +86,10 @@ def _solve(solver: StructuredStep, plant: Plant, schedule: Schedule, start: Any)
     return solution.ys
 
 
+def _all_finite(*values: Array) -> Bool[Array, ""]:
+    return jnp.stack([jnp.isfinite(value).all() for value in values]).all()
+
+
 def simulate_slow(
     plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]
 ) -> Response:
@@ -100,7 +104,7 @@ def simulate_slow(
     duration = jnp.diff(schedule.time)
     moved = jnp.diff(jnp.concatenate([q[None], states.q]))
     speed = jnp.where(duration > 0.0, moved / jnp.where(duration > 0.0, duration, 1.0), 0.0)
-    return Response(sensed, states.hyst, speed, jnp.isfinite(sensed).all())
+    return Response(sensed, states.hyst, speed, _all_finite(sensed, states.hyst, speed))
 
 
 def simulate_fast(
@@ -111,4 +115,5 @@ def simulate_fast(
     states = _solve(STICK_SLIP, plant, schedule, FastState(q, speed, hyst))
     drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
     sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
-    return Response(sensed, states.hyst, states.speed, jnp.isfinite(sensed).all())
+    finite = _all_finite(sensed, states.hyst, states.speed)
+    return Response(sensed, states.hyst, states.speed, finite)

@@ -1,0 +1,179 @@
+"""What a posterior says of a run, fitted or not."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.inference.density import (
+    NoiseParameters,
+    noise_of,
+    physical_of,
+    plant_of,
+    responses,
+)
+from muscle_bayes.inference.noise import reading_variance
+from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.plant import Plant
+
+Draws = Mapping[str, Array]
+"""Sampled values, each with a leading draw axis."""
+
+
+class Prediction(NamedTuple):
+    """Draws of one run's readings on the grid on which it is solved, unobserved intervals left out."""
+
+    run: str
+    unit: str
+    time: Float[np.ndarray, "interval"]
+    """s after the first row."""
+    observed: Float[np.ndarray, "interval"]
+    """Mean reading of each interval."""
+    model: Float[np.ndarray, "draw interval"]
+    """Reading that the model gives: uncertainty of the parameters only."""
+    reading: Float[np.ndarray, "draw interval"]
+    """Reading with discrepancy, noise and rounding added: what would be logged."""
+    hyst: Float[np.ndarray, "draw interval"]
+    """sigma_hyst of side A."""
+    temperature: Float[np.ndarray, "interval"]
+    """Logged temperature of side A [C]."""
+    load: Float[np.ndarray, "interval"]
+    """kg."""
+    scale: float
+    """Coordinate per unit of reading, with sign [rad or m]."""
+
+
+@partial(jax.jit, static_argnames="layout")
+def _responses(draws: dict[str, Array], layout: Layout, data: Data):
+    return jax.lax.map(lambda values: responses(values, layout, data), draws, batch_size=4)
+
+
+@partial(jax.jit, static_argnames=("layout", "regime"))
+def _disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
+    """Discrepancy and noise of every lane for one draw."""
+    noise: NoiseParameters = noise_of(values, regime)
+    key_lasting, key_white = jax.random.split(key)
+    gaps = jnp.diff(lanes.time, axis=1, prepend=lanes.time[:, :1])
+    fade = jnp.exp(-gaps / noise.correlation_time)
+    kicks = jax.random.normal(key_lasting, lanes.time.shape)
+    first = kicks[:, 0] * noise.discrepancy
+
+    def step(state, now):
+        decay, kick = now
+        state = decay * state + noise.discrepancy * jnp.sqrt(1.0 - decay**2) * kick
+        return state, state
+
+    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T))
+    variance = reading_variance(noise, lanes.weight, lanes.coarse, lanes.quantum[:, None])
+    return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
+
+
+def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
+    """Predictions of the problem's runs under draws of all its sampled values.
+
+    A run that is cut into segments is predicted segment by segment, each from its own data's start.
+    """
+    draws = {name: jnp.asarray(draws[name]) for name, _ in problem.layout.shapes}
+    count = len(next(iter(draws.values())))
+    keys = jax.random.split(jax.random.key(seed), count)
+    outcomes = _responses(draws, problem.layout, problem.data)
+    result: dict[int, list] = {}
+    groups = zip(
+        outcomes, problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True
+    )
+    for response, lanes, regime, owners in groups:
+
+        def disturb(key, values, lanes=lanes, regime=regime):
+            return _disturbances(key, values, lanes, problem.layout, regime)
+
+        extra = jax.vmap(disturb)(keys, draws)
+        for lane, owner in enumerate(owners):
+            result.setdefault(owner, []).append(_piece(lanes, lane, response, extra))
+    return [_joined(problem, index, result[index]) for index in sorted(result)]
+
+
+def _piece(lanes: Lanes, lane: int, response, extra) -> dict[str, np.ndarray]:
+    seen = np.asarray(lanes.weight[lane] > 0)
+    model = np.asarray(response.sensed[:, lane])[:, seen]
+    temperature = lanes.schedule.temperature[lane, 1:, 0]
+    return {
+        "time": np.asarray(lanes.time[lane])[seen],
+        "observed": np.asarray(lanes.reading[lane])[seen],
+        "model": model,
+        "reading": model + np.asarray(extra[:, lane])[:, seen],
+        "hyst": np.asarray(response.hyst[:, lane, :, 0])[:, seen],
+        "temperature": np.asarray(temperature)[seen],
+        "load": np.asarray(lanes.schedule.load[lane])[seen],
+    }
+
+
+def _joined(problem: Problem, index: int, pieces: list[dict[str, np.ndarray]]) -> Prediction:
+    run = problem.runs[index]
+    parts = {key: np.concatenate([p[key] for p in pieces], axis=-1) for key in pieces[0]}
+    return Prediction(
+        run=run.name, unit=run.unit, scale=run.sensor.sign * run.sensor.scale, **parts
+    )
+
+
+def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array, friction: Array):
+    """sigma_hyst of side A's muscle with which forces other than `friction` balance at rest.
+
+    The MODULUS spring is taken in its linear range, where a taut muscle is.
+    """
+    muscle = plant.side_a
+    assert isinstance(muscle, Muscle)
+    lever = muscle.linkage.lever(q)
+    tension = (load * GRAVITY * plant.load_lever + friction) / lever
+    parameters = muscle.parameters
+    room = muscle.room_temperature
+    effective = room + muscle.heated_fraction * (temperature - room)
+    stretch = (tension - parameters.F_modulus_min) / (muscle.base_length * parameters.K_modulus)
+    return muscle.strain(q) - parameters.offset(effective) - stretch
+
+
+def starts_of_new_runs(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
+    """The problem's own unknowns for runs that were not fitted, drawn for each posterior draw.
+
+    Zero, first reading and first speed come from their priors, which the first rows inform. HYST's
+    first strain is what lets the rotor rest at the first reading, dry friction anywhere in
+    [-D, D]: the first row of a run that begins at rest says no more.
+    """
+    count = len(next(iter(draws.values())))
+    keys = iter(jax.random.split(jax.random.key(seed), 16))
+    result = dict(draws)
+    for name, shape in problem.layout.shapes:
+        if name not in result:
+            result[name] = problem.data.priors[name].sample(next(keys), (count,)).reshape(count, *shape)
+    for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
+        if f"{regime}.hyst_tension" not in problem.data.priors:
+            continue
+        pull = jax.random.uniform(next(keys), (count, lanes.run.size), minval=-1.0, maxval=1.0)
+        held = jax.vmap(partial(_resting_tension, problem=problem, lanes=lanes, regime=regime))(
+            {name: result[name] for name, _ in problem.layout.shapes}, pull
+        )
+        result[f"{regime}.hyst_tension"] = result[f"{regime}.hyst_tension"].at[:, lanes.run].set(held)
+    return result
+
+
+def _resting_tension(values, pull, *, problem: Problem, lanes: Lanes, regime: str):
+    """Force [N] that HYST's spring holds in every lane at the first row."""
+    physical = physical_of(values, problem.layout, problem.data)
+    start = values[f"{regime}.start"]
+    zero = values.get(f"{regime}.zero", jnp.zeros_like(start))
+
+    def one(lane: Lanes, share: Array) -> Array:
+        plant = plant_of(lane.plant, physical, problem.layout)
+        q = lane.scale * (start[lane.run] - zero[lane.run])
+        friction = share * plant.friction.dry
+        drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
+        hyst = _resting_hyst(plant, q, *drive, friction)
+        held = values["stiffness_hyst"] * hyst + values["F_hyst_min"]
+        return jnp.maximum(held, 1e-3 * values["F_hyst_min"])
+
+    return jax.vmap(one)(lanes, pull)

@@ -1,0 +1,10 @@
+"""Double precision for every test of the physics."""
+
+import jax
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def double_precision():
+    with jax.enable_x64(True):
+        yield

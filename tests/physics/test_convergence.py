@@ -1,0 +1,46 @@
+"""Errors fall with the step as fast as the methods' orders say."""
+
+import numpy as np
+from example_plants import creep, muscle_plant, release, schedule, spring_plant
+
+
+def slopes(errors, ratio):
+    """Orders of convergence between successive refinements."""
+    errors = np.asarray(errors)
+    return np.log(errors[:-1] / errors[1:]) / np.log(ratio)
+
+
+def test_fast_motion_is_fourth_order_through_reversals_and_sticking():
+    def run(intervals):
+        time = np.linspace(0.0, 3.0, intervals + 1)
+        seen = release(spring_plant(), schedule(time, load=0.14), -0.25)
+        every = intervals // 60
+        return np.asarray(seen.sensed)[every - 1 :: every], np.asarray(seen.speed)
+
+    exact, speed = run(3840)
+    assert np.count_nonzero(np.diff(np.sign(speed[speed != 0.0]))) >= 3
+    assert speed[-1] == 0.0
+    errors = [np.sqrt(np.mean((run(n)[0] - exact) ** 2)) for n in (120, 240, 480)]
+    assert errors[-1] < 1e-6
+    assert slopes(errors, 2).min() > 3.5
+
+
+def test_slow_motion_is_second_order_through_heating_and_cooling():
+    def heat(t):
+        return 57.5 - 32.5 * np.cos(2 * np.pi * t / 240.0)
+
+    def run(intervals):
+        time = np.linspace(0.0, 360.0, intervals + 1)
+        seen = creep(muscle_plant(), schedule(time, heat, 0.139), -0.2, 0.04)
+        # Thirds of an interval keep its middle.
+        every = intervals // 40
+        return np.asarray(seen.sensed)[every // 2 :: every], np.asarray(seen.hyst)[
+            every - 1 :: every, 0
+        ]
+
+    exact = run(40 * 243)
+    runs = [run(n) for n in (120, 360, 1080)]
+    for which, size in ((0, 1e-4), (1, 1e-5)):
+        errors = [np.sqrt(np.mean((one[which] - exact[which]) ** 2)) for one in runs]
+        assert errors[-1] < size
+        assert slopes(errors, 3).min() > 1.7
