@@ -39,14 +39,14 @@ def rig(values):
 
 def fast_muscle_response(values):
     driven = schedule(
-        np.linspace(0.0, 4.0, 2001),
+        np.linspace(0.0, 2.4, 1201),
         lambda t: 25.0 + 15.0 * np.minimum(t, 2.0),
         lambda t: np.where(t < 1.4, 0.15, 0.12),
         lambda t: np.where((t > 1.0) & (t < 1.4), -0.2, 0.0),
     )
     hyst = jnp.stack([values["hyst"], values["hyst"]])
     start = jnp.asarray(0.0), jnp.asarray(0.0)
-    return simulate_fast(rig(values), driven, *start, hyst).sensed[::10]
+    return simulate_fast(rig(values), driven, *start, hyst).sensed[::6]
 
 
 def slow_muscle_response(values):

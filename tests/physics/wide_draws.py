@@ -35,7 +35,7 @@ def prior_draws(effect, seed: int):
 
 def hard_drive(end: float):
     """Heating, loads that jump, a shove into each stop, then padding."""
-    time = np.concatenate([np.linspace(0.0, end, 121), np.full(10, end)])
+    time = np.concatenate([np.linspace(0.0, end, 81), np.full(4, end)])
     return schedule(
         time,
         lambda t: 25.0 + 70.0 * np.clip(2.0 * t / end, 0.0, 1.0),

@@ -1,12 +1,16 @@
 """The command line. Each command is a module of its own; heavy imports wait inside the commands."""
 
+import os
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from muscle_bayes.cli.common import guarded
+from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.simulate import simulate
+from muscle_bayes.cli.study import study
 
 app = typer.Typer(
     name="muscle-bayes",
@@ -36,9 +40,19 @@ def _root(
 
 
 app.command("inspect")(guarded(inspect))
+app.command("fit")(guarded(fit))
 app.command("simulate")(guarded(simulate))
+app.command("study")(guarded(study))
+
+
+def _keep_compiled_code() -> None:
+    """Let JAX keep what it compiles between commands; the user's own settings come first."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "muscle-bayes"
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(cache))
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
 
 
 def main() -> None:
     """Run the command line."""
+    _keep_compiled_code()
     app()

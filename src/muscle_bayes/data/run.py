@@ -1,6 +1,6 @@
 """One experiment: its table, its metadata, its sensor and what was repaired."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -10,6 +10,7 @@ import pandas as pd
 
 from muscle_bayes.conventions import PositionUnit
 from muscle_bayes.data.clock import gaps
+from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.repair import Repair
 from muscle_bayes.data.sensor import Sensor, sensor_of
@@ -25,6 +26,9 @@ COLUMNS = (
     "applied",
 )
 """Columns of a run's table."""
+
+MIN_ROWS = 10
+"""Fewest rows of a run that is cut."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,6 +59,16 @@ class Run:
         """s between first and last row."""
         time = self.table["time"]
         return float(time.iloc[-1] - time.iloc[0])
+
+    def until(self, time: float) -> "Run":
+        """The run's rows before `time` [s after the first row]. Raises RunError if few are left."""
+        table = self.table[self.table["time"] < time].reset_index(drop=True)
+        if len(table) < MIN_ROWS:
+            raise RunError(
+                f"{self.name}: only {len(table)} rows lie before {time:g} s, "
+                f"at least {MIN_ROWS} are needed. Mend: choose a later time."
+            )
+        return replace(self, table=table)
 
     @property
     def unit(self) -> PositionUnit:

@@ -12,13 +12,14 @@ import arviz as az
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 import xarray as xr
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import constrain, lane_fits, muscle_of
-from muscle_bayes.inference.optimise import find_mode
+from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, starts_of_new_runs
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
@@ -111,6 +112,18 @@ class Posterior:
         return f"Posterior({verdict}, {', '.join(self.parameters)})\n{self.summary()}"
 
 
+def _as_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distribution]:
+    """Log-normal priors of J and D with the moments of an earlier posterior's logarithms."""
+    if given.friction != friction:
+        raise MuscleBayesError(
+            f"the given posterior has {given.friction} friction, this fit {friction}; "
+            "its D means another thing. Give one of the same friction"
+        )
+    group = given.tree["posterior"]
+    logs = {name: np.log(group[name].to_numpy()) for name in ("J", "D") if name in group}
+    return {name: dist.LogNormal(log.mean(), log.std()) for name, log in logs.items()}
+
+
 def _run_axis(problem: Problem, name: str) -> list[str]:
     return [f"{name.split('.')[0]}_run"] if problem.sites[name].prior.shape() else []
 
@@ -167,28 +180,31 @@ def fit(
     effects: Sequence[str] = (),
     *,
     effort: Effort = FULL,
+    given: "Posterior | None" = None,
     seed: int = 0,
     report: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> Posterior:
     """Posterior of everything that is unknown about these runs.
 
+    `given` is an earlier posterior of the fixture: its J and D become this fit's prior.
     `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
-    problem = pose(runs, friction, effects)
-    keys = jax.random.split(jax.random.key(seed), 4)
-    started = iter(range(1, 100))
-    mode = find_mode(
-        keys[0], problem.layout, problem.data, lambda _: report("searching", next(started), 6)
-    )
-    total, done = effort.chains * (effort.warmup + effort.draws), iter(range(10**9))
-    progress = [0]
+    problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
+    keys = jax.random.split(jax.random.key(seed), 2)
+    total, done, tried = effort.chains * (effort.warmup + effort.draws), 0, 0
+
+    def searched(_: str) -> None:
+        nonlocal tried
+        tried += 1
+        report("searching", tried, STARTS)
 
     def sampled(count: int) -> None:
-        progress[0] += count
-        report("sampling", progress[0], total)
+        nonlocal done
+        done += count
+        report("sampling", done, total)
 
-    del done
+    mode = find_mode(keys[0], problem.layout, problem.data, searched)
     drawn = draw(
         keys[1],
         mode,
@@ -232,14 +248,13 @@ def assemble(problem: Problem, drawn: Draws, effort: Effort, seed: int) -> Poste
         "sample_stats": xr.Dataset(
             {name: (["chain", "draw"], value) for name, value in statistics.items()}
         ),
-        "posterior_predictive": _per_run(predictions, "reading"),
+        "posterior_predictive": xr.merge(
+            [_per_run(predictions, "reading"), _labelled(predictions, "model")]
+        ),
         "log_likelihood": _log_likelihood(problem, thinned),
         "observed_data": _per_run(predictions, "observed"),
         "constant_data": xr.merge(
-            [
-                _per_run(predictions, key).rename({p.run: f"{p.run}:{key}" for p in predictions})
-                for key in ("time", "temperature", "load")
-            ]
+            [_labelled(predictions, key) for key in ("time", "temperature", "load")]
         ),
     }
     tree = xr.DataTree.from_dict(groups)
@@ -279,6 +294,10 @@ def _per_run(predictions: list[Prediction], key: str) -> xr.Dataset:
         dims = [axis] if value.ndim == 1 else ["chain", "draw", axis]
         variables[one.run] = (dims, value if value.ndim == 1 else value[None], {"units": one.unit})
     return xr.Dataset(variables)
+
+
+def _labelled(predictions: list[Prediction], key: str) -> xr.Dataset:
+    return _per_run(predictions, key).rename({one.run: f"{one.run}:{key}" for one in predictions})
 
 
 def _log_likelihood(problem: Problem, draws: dict[str, Any]) -> xr.Dataset:

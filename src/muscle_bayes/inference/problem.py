@@ -1,6 +1,6 @@
 """The statistical problem that a set of runs poses: arrays for a solver, and a prior for each unknown."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -25,6 +25,10 @@ from muscle_bayes.physics.schedule import Schedule
 Regime = Literal["fast", "slow"]
 TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
 """Prior median of how long misfit lasts, s."""
+
+
+SIZE_STEP = 64
+"""Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
 
 
 class Lanes(NamedTuple):
@@ -109,7 +113,8 @@ def _pad(record: Record, size: int) -> Record:
 
 
 def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int]) -> Lanes:
-    size = max(record.time.size for record in records)
+    longest = max(record.time.size for record in records)
+    size = -(-longest // SIZE_STEP) * SIZE_STEP
     padded = [_pad(record, size) for record in records]
     plants = [rig(run.metadata) for run in runs]
     level = np.array([prior.reading_noise(run) for run in runs])
@@ -156,12 +161,16 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
 
 @double_precision
 def pose(
-    runs: Sequence[Run], friction: Friction = "coulomb", effects: Sequence[str] = ()
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    given: Mapping[str, dist.Distribution] | None = None,
 ) -> Problem:
     """The problem of estimating what these runs can tell.
 
     Which parameters are unknown follows from the runs: J if any run shows inertia, D always, the
     muscle's nine if any run has a muscle, each effect's own, each run's own, each regime's noise.
+    `given` replaces the priors of named parameters by what earlier runs told of them.
     Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
     """
     _check(runs, effects)
@@ -172,6 +181,9 @@ def pose(
     if any(has_muscle(run) for run in runs):
         sites |= prior.muscle_sites(size)
     sites |= prior.effect_sites(effects, size)
+    for name, known in (given or {}).items():
+        if name in sites:
+            sites[name] = sites[name]._replace(prior=known)
 
     lanes, regimes, segmented, lane_runs, site_runs = [], [], [], [], {}
     for regime in ("fast", "slow"):

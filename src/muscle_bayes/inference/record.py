@@ -22,8 +22,9 @@ FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
-SEGMENT = 0.5
-"""Length of the segments into which a run is cut that nothing pulls back, s."""
+SEGMENT = 0.25
+"""Length of the segments into which a run is cut that nothing pulls back, s: short, so that the
+forces of each moment count and not the position error that accumulates."""
 
 
 class Record(NamedTuple):

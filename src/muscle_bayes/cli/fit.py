@@ -1,0 +1,104 @@
+"""`muscle-bayes fit`: a posterior from runs."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+
+EXIT_NOT_CONVERGED = 1
+
+
+class FrictionChoice(StrEnum):
+    """Friction laws."""
+
+    coulomb = "coulomb"
+    linear = "linear"
+
+
+class Preset(StrEnum):
+    """How long to sample."""
+
+    quick = "quick"
+    full = "full"
+
+
+def fit(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="POSTERIOR.nc", help="Where the posterior goes.")],
+    friction: Annotated[
+        FrictionChoice, typer.Option(help="Dry friction that sticks, or friction per speed.")
+    ] = FrictionChoice.coulomb,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Add this effect to the model; may be repeated."),
+    ] = None,
+    given: Annotated[
+        Path | None,
+        typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
+    ] = None,
+    preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Estimate everything that is unknown about RUN... and write the posterior.
+
+    Which parameters are fitted follows from the runs: J and D from spring and free runs, the nine
+    muscle parameters where a muscle is heated. Exits with 1 if the chains have not converged.
+    """
+    from muscle_bayes.cli.progress import fit_progress
+    from muscle_bayes.data import read_runs
+    from muscle_bayes.inference.posterior import EFFORTS, Posterior
+    from muscle_bayes.inference.posterior import fit as fit_runs
+    from muscle_bayes.inference.summary import summarise
+
+    loaded = read_runs(runs)
+    if until is not None:
+        loaded = [run.until(until) for run in loaded]
+    known = None if given is None else Posterior.load(given)
+    with fit_progress(out.stem) as report:
+        posterior = fit_runs(
+            loaded,
+            friction.value,
+            tuple(effect or ()),
+            effort=EFFORTS[preset.value],
+            given=known,
+            seed=seed,
+            report=report,
+        )
+    posterior.save(out)
+    summary = summarise(posterior)
+    show(summary)
+    if json is not None:
+        write_json(json, summary)
+    if not posterior.converged:
+        raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def show(summary: dict[str, Any]) -> None:
+    """Print a summary's tables."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    table = Table("parameter", "mean", "sd", "5 %", "95 %", "R-hat", "bulk ESS")
+    for name, row in summary["parameters"].items():
+        numbers = [f"{row[key]:.6g}" for key in ("mean", "sd", "q05", "q95")]
+        table.add_row(name, *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}")
+    console.print(table)
+    fits = Table("run", "RMSE", "unit", "90 % coverage")
+    for name, row in summary["runs"].items():
+        fits.add_row(name, f"{row['rmse']:.4g}", row["unit"], f"{row['coverage90']:.0%}")
+    console.print(fits)
+    if summary["converged"]:
+        console.print("converged", style="green")
+    else:
+        console.print("NOT CONVERGED: " + "; ".join(summary["complaints"]), style="bold red")

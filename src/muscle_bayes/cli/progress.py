@@ -1,0 +1,22 @@
+"""Progress of a fit on the terminal."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def fit_progress(label: str) -> Iterator[Callable[[str, int, int], None]]:
+    """A bar for each stage of a fit; yields the function that `fit` reports to."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bars:
+        tasks: dict[str, int] = {}
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(f"{label}: {stage}", total=total)
+            bars.update(tasks[stage], completed=done)
+
+        yield report

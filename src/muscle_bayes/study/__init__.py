@@ -1,0 +1,1 @@
+"""The study: every stage from the shipped runs to the report, run again only where inputs changed."""

@@ -1,0 +1,59 @@
+"""The muscle in the sampled quantities and in the thesis' own."""
+
+import jax
+import numpy as np
+import pytest
+
+from muscle_bayes.inference.prior import first_hyst, muscle_parameters, muscle_sites
+from muscle_bayes.physics.effect import Scales
+from muscle_bayes.physics.springs import tensile_spring
+from muscle_bayes.study.published import TABLE_2
+
+BASE_LENGTH = 0.1
+
+
+def sampled_from_table_2() -> dict[str, float]:
+    def strain(t: float) -> float:
+        return TABLE_2["A"] * t**2 + TABLE_2["B"] * t + TABLE_2["C"]
+
+    modulus, hyst = TABLE_2["K_modulus"] * BASE_LENGTH, TABLE_2["K_hyst"] * BASE_LENGTH
+    contraction = strain(25.0) - strain(90.0)
+    chord = 0.5 * (strain(25.0) + strain(90.0))
+    damper = {t: TABLE_2["H"] * (t + TABLE_2["T_hyst_offset"]) for t in (25.0, 90.0)}
+    return {
+        "rest_strain": strain(25.0)
+        - TABLE_2["F_modulus_min"] / modulus
+        - TABLE_2["F_hyst_min"] / hyst,
+        "contraction": contraction,
+        "bend": (strain(57.5) - chord) / contraction,
+        "modulus": modulus,
+        "F_modulus_min": TABLE_2["F_modulus_min"],
+        "stiffness_hyst": hyst,
+        "F_hyst_min": TABLE_2["F_hyst_min"],
+        "time_constant": damper[25.0] / TABLE_2["K_hyst"],
+        "softening": damper[90.0] / damper[25.0],
+    }
+
+
+def test_table_2_comes_back_from_its_sampled_quantities() -> None:
+    parameters = muscle_parameters(sampled_from_table_2(), BASE_LENGTH)
+    for name, value in TABLE_2.items():
+        np.testing.assert_allclose(getattr(parameters, name), value, rtol=1e-9)
+
+
+def test_priors_reach_table_2_without_being_centred_on_it() -> None:
+    sites = muscle_sites(Scales(force=0.18, speed=1.0, tension=6.0))
+    shares = []
+    for name, value in sampled_from_table_2().items():
+        draws = np.asarray(sites[name].prior.sample(jax.random.key(3), (20_000,)))
+        shares.append(float(np.mean(draws < value)))
+    assert all(0.02 < share < 0.98 for share in shares)
+    assert np.mean(np.abs(np.array(shares) - 0.5)) > 0.1
+
+
+@pytest.mark.parametrize("held", [0.2, 1.7, 1.76, 3.0])
+def test_first_hyst_inverts_its_spring(held: float) -> None:
+    values = sampled_from_table_2()
+    strain = first_hyst(values, held)
+    force = tensile_spring(strain, values["stiffness_hyst"], values["F_hyst_min"])
+    np.testing.assert_allclose(force, held, rtol=1e-9)
