@@ -41,7 +41,9 @@ def springs() -> Problem:
 
 def test_constrain_inverts_unconstrain(springs: Problem) -> None:
     vector = near_prior_median(springs)
-    again = unconstrain(constrain(vector, springs.layout, springs.data), springs.layout, springs.data)
+    again = unconstrain(
+        constrain(vector, springs.layout, springs.data), springs.layout, springs.data
+    )
     np.testing.assert_allclose(again, vector, rtol=1e-9)
 
 
@@ -81,7 +83,10 @@ def test_errors_are_standard_where_the_model_is_true(springs: Problem) -> None:
     values = constrain(near_prior_median(springs), layout, data)
     values |= {"J": jnp.asarray(0.00124103), "D": jnp.asarray(0.0054594)}
     values |= {"fast.noise": jnp.asarray(0.4), "fast.discrepancy": jnp.asarray(0.05)}
-    values |= {"fast.zero": jnp.array([510.9076, 513.5533]), "fast.start": jnp.array([510.9, 513.55])}
+    values |= {
+        "fast.zero": jnp.array([510.9076, 513.5533]),
+        "fast.start": jnp.array([510.9, 513.55]),
+    }
     errors = standardised_errors(unconstrain(values, layout, data), layout, data)
     seen = errors[errors != 0.0]
     assert 0.8 < float(jnp.std(seen)) < 1.2

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
@@ -41,6 +42,7 @@ def _root(
 
 app.command("inspect")(guarded(inspect))
 app.command("fit")(guarded(fit))
+app.command("check")(guarded(check))
 app.command("simulate")(guarded(simulate))
 app.command("study")(guarded(study))
 

@@ -129,7 +129,7 @@ def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
 class Prediction(NamedTuple):
     """What a lane's model says of its readings."""
 
-    reading: Float[Array, "interval"]
+    reading: Float[Array, " interval"]
     """Readings above the reading at q = 0."""
     reach: Float[Array, "interval 2"]
     """Change of the readings per prior standard deviation of a segment's start; else zero."""
@@ -182,9 +182,9 @@ def noise_of(values: Values, regime: str) -> NoiseParameters:
 class LaneFit(NamedTuple):
     """How well one lane is explained."""
 
-    log_density: Float[Array, "interval"]
+    log_density: Float[Array, " interval"]
     """Log density of each observed mean reading given the earlier ones; 0 where none."""
-    errors: Float[Array, "interval"]
+    errors: Float[Array, " interval"]
     """Standardised one-step-ahead errors, what a free start explains taken out; 0 where none."""
     finite: Bool[Array, ""]
 
@@ -238,7 +238,7 @@ def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
     return result
 
 
-def constrain(vector: Float[Array, "n"], layout: Layout, data: Data) -> dict[str, Array]:
+def constrain(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
     """Sampled values from the unconstrained vector."""
     values, position = {}, 0
     for name, shape in layout.shapes:
@@ -249,7 +249,7 @@ def constrain(vector: Float[Array, "n"], layout: Layout, data: Data) -> dict[str
     return values
 
 
-def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, "n"]:
+def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"]:
     """The unconstrained vector of sampled values."""
     parts = [
         jnp.ravel(biject_to(data.priors[name].support).inv(jnp.asarray(values[name])))
@@ -258,7 +258,7 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, "n"]
     return jnp.concatenate(parts)
 
 
-def log_prior(vector: Float[Array, "n"], layout: Layout, data: Data) -> Float[Array, ""]:
+def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
     """Log prior density of the unconstrained vector."""
     total, position = jnp.zeros(()), 0
     for name, shape in layout.shapes:
@@ -280,13 +280,13 @@ def log_likelihood(values: Values, layout: Layout, data: Data) -> Float[Array, "
     return jnp.where(finite & jnp.isfinite(total), total, -jnp.inf)
 
 
-def potential(vector: Float[Array, "n"], layout: Layout, data: Data) -> Float[Array, ""]:
+def potential(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
     """Negative log posterior density of the unconstrained vector."""
     likelihood = log_likelihood(constrain(vector, layout, data), layout, data)
     return -(log_prior(vector, layout, data) + likelihood)
 
 
-def standardised_errors(vector: Float[Array, "n"], layout: Layout, data: Data) -> Array:
+def standardised_errors(vector: Float[Array, " n"], layout: Layout, data: Data) -> Array:
     """Every standardised error in one vector: their Jacobian gives the Fisher information."""
     fits = lane_fits(constrain(vector, layout, data), layout, data)
     return jnp.concatenate([fit.errors.ravel() for fit in fits])

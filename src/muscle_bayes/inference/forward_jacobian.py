@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 
-def with_forward_jacobian(function: Callable[[Float[Array, "n"], Any], Any]) -> Callable[..., Any]:
+def with_forward_jacobian(function: Callable[[Float[Array, " n"], Any], Any]) -> Callable[..., Any]:
     """`function(x, aux)` whose derivative in x is its Jacobian, found once by forward mode.
 
     A run depends on some ten numbers while a posterior has thirty or more: differentiating each run
@@ -17,7 +17,7 @@ def with_forward_jacobian(function: Callable[[Float[Array, "n"], Any], Any]) -> 
     """
 
     @jax.custom_jvp
-    def wrapped(x: Float[Array, "n"], aux: Any) -> Any:
+    def wrapped(x: Float[Array, " n"], aux: Any) -> Any:
         return function(x, aux)
 
     @wrapped.defjvp

@@ -1,7 +1,7 @@
 """What the data do and do not determine: a posterior held against its prior.
 
-Each parameter x is taken as log |x| where prior and posterior keep one sign, else as it is, and
-divided by its prior spread. With prior covariance P and posterior covariance S in these
+Each parameter x is taken as sign(x) log |x| where prior and posterior keep one sign, else as it is,
+and divided by its prior spread. With prior covariance P and posterior covariance S in these
 coordinates, S v = r P v gives independent directions d = P v along which the data leave the share
 r of the prior's variance: 0 where they determine everything, 1 where they say nothing.
 """
@@ -20,6 +20,8 @@ UNDETERMINED = 0.3
 """Share of the prior's variance above which the data do not determine a direction."""
 LARGE_LOADING = 0.35
 """A direction is told by the parameters that load at least this much of its largest loading."""
+LARGE_SHARE = 0.3
+"""So are those with at least this share of their own posterior variance along it."""
 STRONG_CORRELATION = 0.7
 TIED = 0.9
 """Share of a parameter's posterior variance that the others explain, above which it is tied."""
@@ -96,7 +98,8 @@ class Identifiability:
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f"<tr><td>{name}<td>{row.contraction:.2f}<td>{row.edge or '-'}<td>{row.explained:.2f}</tr>"
+            f"<tr><td>{name}<td>{row.contraction:.2f}<td>{row.edge or '-'}"
+            f"<td>{row.explained:.2f}</tr>"
             for name, row in self.parameters.items()
         )
         header = "<th>parameter<th>contraction<th>at a bound<th>explained by the others"
@@ -110,11 +113,12 @@ def _tie(name: str, row: ParameterReport) -> str:
 
 
 def coordinates(prior: Values, posterior: Values) -> tuple[Values, Values, bool]:
-    """Both as log |x| if neither changes sign, and whether they are; prior tails pulled in."""
+    """Both as sign(x) log |x| if neither changes sign, and whether they are; prior tails pulled in."""
     both = np.concatenate([prior, posterior])
     logarithmic = bool(np.all(both > 0.0) or np.all(both < 0.0))
     if logarithmic:
-        prior, posterior = np.log(np.abs(prior)), np.log(np.abs(posterior))
+        sign = np.sign(both[0])  # of the logarithm too, so that "up" means up for the parameter
+        prior, posterior = sign * np.log(np.abs(prior)), sign * np.log(np.abs(posterior))
     return np.clip(prior, *np.quantile(prior, [WINSOR, 1.0 - WINSOR])), posterior, logarithmic
 
 
@@ -151,11 +155,16 @@ def _ties(names: list[str], correlation: Values) -> list[tuple[float, dict[str, 
     return result
 
 
-def _direction(names: list[str], ratio: float, move: Values) -> Direction:
+def _direction(names: list[str], ratio: float, move: Values, share: Values) -> Direction:
+    """`share` is how much of each parameter's posterior variance lies along the direction."""
     largest = float(move[np.argmax(np.abs(move))])
     move = move * np.sign(largest)
     order = np.argsort(-np.abs(move))
-    chosen = [int(i) for i in order if abs(move[i]) >= LARGE_LOADING * abs(largest)]
+    chosen = [
+        int(i)
+        for i in order
+        if abs(move[i]) >= LARGE_LOADING * abs(largest) or share[i] >= LARGE_SHARE
+    ]
     moves = [f"{names[i]} {'up' if move[i] > 0 else 'down'}" for i in chosen]
     together = " with ".join([moves[0], ", ".join(moves[1:])]) if len(moves) > 1 else moves[0]
     words = f"{together}: the data leave {min(ratio, 1.0):.0%} of the prior's variance"
@@ -171,7 +180,11 @@ def directions(names: list[str], prior: Values, posterior: Values) -> tuple[Dire
     p = p + 1e-6 * np.eye(len(names))
     ratios, vectors = eigh(s, p)
     moves = p @ vectors
-    return tuple(_direction(names, float(ratios[i]), moves[:, i]) for i in np.argsort(ratios)[::-1])
+    shares = ratios * moves**2 / np.diag(s)[:, None]
+    return tuple(
+        _direction(names, float(ratios[i]), moves[:, i], shares[:, i])
+        for i in np.argsort(ratios)[::-1]
+    )
 
 
 def _scalars(posterior: Posterior) -> list[str]:

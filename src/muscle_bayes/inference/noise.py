@@ -40,15 +40,15 @@ class Whitened(NamedTuple):
     """Standardised one-step-ahead errors; zero where nothing is observed."""
 
     errors: Float[Array, "interval column"]
-    log_scale: Float[Array, "interval"]
+    log_scale: Float[Array, " interval"]
     """Log of the predictive standard deviation; 0 where nothing is observed."""
 
 
 def whiten(
     residual: Float[Array, "interval column"],
-    time: Float[Array, "interval"],
-    variance: Float[Array, "interval"],
-    observed: Float[Array, "interval"],
+    time: Float[Array, " interval"],
+    variance: Float[Array, " interval"],
+    observed: Float[Array, " interval"],
     parameters: NoiseParameters,
 ) -> Whitened:
     """Kalman filter of the discrepancy: each column's errors given the column's past.

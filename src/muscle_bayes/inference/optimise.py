@@ -42,7 +42,7 @@ LEAST_PRECISION = 1e-4
 class Mode(NamedTuple):
     """A maximum of the posterior density."""
 
-    vector: Float[Array, "n"]
+    vector: Float[Array, " n"]
     """Unconstrained."""
     potential: float
     """Negative log density there."""
@@ -108,9 +108,7 @@ def _with_noise_of_misfit(vector, layout: Layout, data: Data, plain: bool):
                 typical["correlation_time"].mean,
             )
         else:
-            noise = NoiseParameters(
-                typical["noise"].mean, misfit, typical["correlation_time"].mean
-            )
+            noise = NoiseParameters(typical["noise"].mean, misfit, typical["correlation_time"].mean)
         values |= {f"{regime}.{key}": value for key, value in noise._asdict().items()}
     return unconstrain(values, layout, data)
 

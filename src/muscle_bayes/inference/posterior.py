@@ -169,7 +169,9 @@ def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, effort: Eff
         if float(rhat[name].max()) > MAX_RHAT:
             found.append(f"R-hat of {name} is {float(rhat[name].max()):.3f}, over {MAX_RHAT}")
         if float(ess[name].min()) < effort.min_ess:
-            found.append(f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {effort.min_ess}")
+            found.append(
+                f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {effort.min_ess}"
+            )
     return found
 
 

@@ -2,15 +2,11 @@
 
 import functools
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
 
 import jax
 
-P = ParamSpec("P")
-R = TypeVar("R")
 
-
-def double_precision(function: Callable[P, R]) -> Callable[P, R]:
+def double_precision[**P, R](function: Callable[P, R]) -> Callable[P, R]:
     """Run `function` with 64-bit floats: dry friction and stiff springs need them."""
 
     @functools.wraps(function)

@@ -31,9 +31,9 @@ class Prediction(NamedTuple):
 
     run: str
     unit: str
-    time: Float[np.ndarray, "interval"]
+    time: Float[np.ndarray, " interval"]
     """s after the first row."""
-    observed: Float[np.ndarray, "interval"]
+    observed: Float[np.ndarray, " interval"]
     """Mean reading of each interval."""
     model: Float[np.ndarray, "draw interval"]
     """Reading that the model gives: uncertainty of the parameters only."""
@@ -41,9 +41,9 @@ class Prediction(NamedTuple):
     """Reading with discrepancy, noise and rounding added: what would be logged."""
     hyst: Float[np.ndarray, "draw interval"]
     """sigma_hyst of side A."""
-    temperature: Float[np.ndarray, "interval"]
+    temperature: Float[np.ndarray, " interval"]
     """Logged temperature of side A [C]."""
-    load: Float[np.ndarray, "interval"]
+    load: Float[np.ndarray, " interval"]
     """kg."""
     scale: float
     """Coordinate per unit of reading, with sign [rad or m]."""
@@ -149,7 +149,9 @@ def starts_of_new_runs(problem: Problem, draws: Draws, seed: int) -> dict[str, A
     result = dict(draws)
     for name, shape in problem.layout.shapes:
         if name not in result:
-            result[name] = problem.data.priors[name].sample(next(keys), (count,)).reshape(count, *shape)
+            result[name] = (
+                problem.data.priors[name].sample(next(keys), (count,)).reshape(count, *shape)
+            )
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
         if f"{regime}.hyst_tension" not in problem.data.priors:
             continue
@@ -157,7 +159,9 @@ def starts_of_new_runs(problem: Problem, draws: Draws, seed: int) -> dict[str, A
         held = jax.vmap(partial(_resting_tension, problem=problem, lanes=lanes, regime=regime))(
             {name: result[name] for name, _ in problem.layout.shapes}, pull
         )
-        result[f"{regime}.hyst_tension"] = result[f"{regime}.hyst_tension"].at[:, lanes.run].set(held)
+        result[f"{regime}.hyst_tension"] = (
+            result[f"{regime}.hyst_tension"].at[:, lanes.run].set(held)
+        )
     return result
 
 

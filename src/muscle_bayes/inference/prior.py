@@ -83,7 +83,9 @@ def muscle_sites(size: Scales) -> dict[str, Site]:
         ),
         "modulus": Site(dist.LogNormal(np.log(5 * pull), 1.0), "N", "MODULUS, force per strain"),
         "F_modulus_min": Site(dist.LogNormal(np.log(0.5 * pull), 0.7), "N", "force that opens it"),
-        "stiffness_hyst": Site(dist.LogNormal(np.log(5 * pull), 1.0), "N", "HYST, force per strain"),
+        "stiffness_hyst": Site(
+            dist.LogNormal(np.log(5 * pull), 1.0), "N", "HYST, force per strain"
+        ),
         "F_hyst_min": Site(dist.LogNormal(np.log(0.3 * pull), 0.7), "N", "force that opens it"),
         "time_constant": Site(dist.LogNormal(np.log(150.0), 1.0), "s", "of HYST at 25 C"),
         "softening": Site(dist.Beta(2.0, 2.0), "1", "damper at 90 C over damper at 25 C"),

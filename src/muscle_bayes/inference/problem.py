@@ -40,13 +40,13 @@ class Lanes(NamedTuple):
     reading: Float[Array, "lane interval"]
     weight: Float[Array, "lane interval"]
     coarse: Float[Array, "lane interval"]
-    scale: Float[Array, "lane"]
+    scale: Float[Array, " lane"]
     """Coordinate per unit of reading, with sign."""
-    quantum: Float[Array, "lane"]
+    quantum: Float[Array, " lane"]
     """Resolution of the sensor [log's unit]."""
-    run: Int[Array, "lane"]
+    run: Int[Array, " lane"]
     """Index of the lane's run among those of its regime that have unknowns of their own."""
-    released: Float[Array, "lane"]
+    released: Float[Array, " lane"]
     """1 where the record starts at rest by protocol, 0 where its first speed is unknown."""
     start: Float[Array, "lane 2"]
     """First reading and speed [log's unit, per s], known roughly; used by segments only."""
@@ -121,7 +121,9 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
     quick = np.array([record.start_speed for record in records])
 
     def stacked(*trees):
-        return jax.tree.map(lambda *leaves: np.stack([np.asarray(x, float) for x in leaves]), *trees)
+        return jax.tree.map(
+            lambda *leaves: np.stack([np.asarray(x, float) for x in leaves]), *trees
+        )
 
     return Lanes(
         plant=stacked(*plants),

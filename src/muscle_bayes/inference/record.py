@@ -1,5 +1,6 @@
 """From a run's rows to the arrays that a solver and a likelihood work on."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -31,13 +32,13 @@ class Record(NamedTuple):
     """One run, or one segment of it, on its grid. Arrays are NumPy until they are stacked."""
 
     schedule: Schedule
-    time: Float[Array, "interval"]
+    time: Float[Array, " interval"]
     """When the averaged readings were taken [s after the run's first row]."""
-    reading: Float[Array, "interval"]
+    reading: Float[Array, " interval"]
     """Mean reading [the log's unit]."""
-    weight: Float[Array, "interval"]
+    weight: Float[Array, " interval"]
     """Number of independent readings in the mean; 0 where nothing is observed."""
-    coarse: Float[Array, "interval"]
+    coarse: Float[Array, " interval"]
     """Variance of quantisation error in the mean, in squared quanta."""
     start_reading: float
     """First reading of the record [the log's unit]."""
@@ -131,7 +132,8 @@ def slow_record(run: Run) -> Record:
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     schedule = Schedule(nodes, temperature, load, applied)
     where = np.where(np.isfinite(mean_time), mean_time, middles)
-    return Record(schedule, where, mean, weight, coarse, *_start(run))
+    first, slope = _start(run)
+    return Record(schedule, where, mean, weight, coarse, first, slope)
 
 
 def fast_record(run: Run) -> Record:
@@ -161,8 +163,16 @@ def fast_record(run: Run) -> Record:
         [np.interp(nodes, time, run.table[f"temperature_{side}"]) for side in "ab"], 1
     )
     schedule = Schedule(nodes, temperature, load, force)
-    observed = (merged(values, 0.0)[1:] for values in (mean, weight, coarse))
-    return Record(schedule, nodes[1:], *observed, *_start(run))
+    first, slope = _start(run)
+    return Record(
+        schedule,
+        time=nodes[1:],
+        reading=merged(mean, 0.0)[1:],
+        weight=merged(weight, 0.0)[1:],
+        coarse=merged(coarse, 0.0)[1:],
+        start_reading=first,
+        start_speed=slope,
+    )
 
 
 def segments(run: Run, record: Record) -> list[Record]:
@@ -170,10 +180,10 @@ def segments(run: Run, record: Record) -> list[Record]:
     if is_slow(run) or restores(run):
         return [record]
     nodes = record.schedule.time
-    pieces = max(1, round((nodes[-1] - nodes[0]) / SEGMENT))
-    cuts = np.linspace(0, nodes.size - 1, pieces + 1).astype(int)
+    pieces = max(1, round(float(nodes[-1] - nodes[0]) / SEGMENT))
+    cuts = [int(cut) for cut in np.linspace(0, nodes.size - 1, pieces + 1)]
     result = []
-    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+    for first, last in pairwise(cuts):
         steps, around = slice(first, last), slice(first, last + 1)
         schedule = Schedule(
             nodes[around],
@@ -184,8 +194,8 @@ def segments(run: Run, record: Record) -> list[Record]:
         time, reading = record.time[steps], record.reading[steps]
         near = slice(0, min(time.size, 8))
         slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
-        rest = (values[steps] for values in (record.weight, record.coarse))
-        result.append(Record(schedule, time, reading, *rest, float(value), float(slope)))
+        weight, coarse = record.weight[steps], record.coarse[steps]
+        result.append(Record(schedule, time, reading, weight, coarse, float(value), float(slope)))
     return result
 
 

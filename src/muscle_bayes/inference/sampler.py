@@ -25,9 +25,9 @@ WALLED = ("F_modulus_min", "F_hyst_min")
 class Whitening(NamedTuple):
     """vector[smooth] = centre + factor @ z: given the rest, nearly a standard normal in z."""
 
-    centre: Float[Array, "n"]
+    centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
-    stride: Float[Array, "walled"]
+    stride: Float[Array, " walled"]
     """Standard deviation of Metropolis proposals for the walled entries."""
 
 
@@ -71,7 +71,7 @@ def whitening(mode: Mode, layout: Layout) -> Whitening:
 
 class _ChainState(NamedTuple):
     nuts: Any
-    edge: Float[Array, "walled"]
+    edge: Float[Array, " walled"]
     key: Array
 
 

@@ -46,12 +46,13 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
 def _fitted_runs(posterior: Posterior) -> dict[str, Any]:
     tree = posterior.tree
     result = {}
-    for name, observed in tree["observed_data"].data_vars.items():
+    for key, observed in tree["observed_data"].data_vars.items():
+        name = str(key)
         reading = tree["posterior_predictive"][name].to_numpy()[0]
         low, high = np.quantile(reading, [0.05, 0.95], axis=0)
         seen = observed.to_numpy()
         model = tree["posterior_predictive"][f"{name}:model"].to_numpy()[0].mean(axis=0)
-        result[str(name)] = {
+        result[name] = {
             "rmse": float(np.sqrt(np.mean((seen - model) ** 2))),
             "unit": observed.attrs["units"],
             "coverage90": float(np.mean((seen >= low) & (seen <= high))),

@@ -71,7 +71,9 @@ def _reversal(duration, v0, a0, v1, a1):
     return x * duration
 
 
-def fast_step(plant: Plant, state: FastState, schedule: Schedule, index: Int[Array, ""]) -> FastState:
+def fast_step(
+    plant: Plant, state: FastState, schedule: Schedule, index: Int[Array, ""]
+) -> FastState:
     """One interval: slip to its end or to the reversal of speed; from there slip back or stick.
 
     Fourth order in the interval's length, through one reversal; the drive must be smooth inside.

@@ -31,7 +31,9 @@ def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Sca
 
     def force(x, args):
         plant, origin, hyst, drive, duration = args
-        speed = jnp.where(duration > 0.0, (x - origin) / jnp.where(duration > 0, duration, 1.0), 0.0)
+        speed = jnp.where(
+            duration > 0.0, (x - origin) / jnp.where(duration > 0, duration, 1.0), 0.0
+        )
         return plant.force(x, speed, hyst, drive)
 
     args = (plant, q, hyst, drive, duration)
@@ -62,7 +64,9 @@ def _full_step(plant: Plant, q, hyst, drive: Drive, duration):
     return hyst + duration * (1.5 * first + 0.5 * second)
 
 
-def slow_step(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
+def slow_step(
+    plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]
+) -> SlowState:
     """One interval: predict HYST to the middle, slide there, HYST across, slide to the end.
 
     HYST sees coordinate and temperature of the middle (midpoint rule), so q and sigma_hyst are

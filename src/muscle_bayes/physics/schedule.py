@@ -15,13 +15,13 @@ class Schedule(NamedTuple):
     Jumps of the load lie on nodes. Intervals of zero length pad runs to one shape and do nothing.
     """
 
-    time: Float[Array, "node"]
+    time: Float[Array, " node"]
     """Seconds after the first row, not falling."""
     temperature: Float[Array, "node 2"]
     """Heater temperature of sides A and B [C]."""
-    load: Float[Array, "interval"]
+    load: Float[Array, " interval"]
     """Hanging mass [kg]."""
-    applied: Float[Array, "interval"]
+    applied: Float[Array, " interval"]
     """Known generalised force [N m or N]."""
 
 

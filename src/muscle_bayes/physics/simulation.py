@@ -19,11 +19,11 @@ from muscle_bayes.physics.schedule import Schedule, filtered
 class Response(NamedTuple):
     """What the plant did, one value for each interval of the schedule."""
 
-    sensed: Float[Array, "interval"]
+    sensed: Float[Array, " interval"]
     """Coordinate that the sensor shows [rad or m]: mid-interval if slow, at its end if fast."""
     hyst: Float[Array, "interval 2"]
     """sigma_hyst of sides A and B at the interval's end."""
-    speed: Float[Array, "interval"]
+    speed: Float[Array, " interval"]
     """dq/dt [rad/s or m/s] at the interval's end; the interval's mean if slow."""
     finite: Bool[Array, ""]
     """Whether every value is finite; a response that is not must be rejected."""
@@ -90,9 +90,7 @@ def _all_finite(*values: Array) -> Bool[Array, ""]:
     return jnp.stack([jnp.isfinite(value).all() for value in values]).all()
 
 
-def simulate_slow(
-    plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]
-) -> Response:
+def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]) -> Response:
     """Quasi-static response from rest at q [rad or m] with HYST strains `hyst`."""
     schedule = filtered(schedule, plant.temperature_filters)
     first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])

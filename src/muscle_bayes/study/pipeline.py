@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from muscle_bayes.conventions import Friction
 from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posterior import EFFORTS, LIBRARIES, Posterior, fit
@@ -66,7 +67,9 @@ class Study:
         }
 
 
-def _fit_stage(study: Study, name: str, runs: tuple[Run, ...], friction: str, given: str | None):
+def _fit_stage(
+    study: Study, name: str, runs: tuple[Run, ...], friction: Friction, given: str | None
+) -> Stage:
     inputs = study.inputs(runs, friction=friction, given=given)
 
     def make() -> None:

@@ -1,0 +1,120 @@
+"""`muscle-bayes check`: what a posterior says of runs, fitted or not, beside what was logged."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+    from muscle_bayes.criticism.coverage import RunCheck
+    from muscle_bayes.criticism.drift import Drift
+
+_FIGURES = Path("reports/check")
+
+
+def check(
+    posterior: Annotated[
+        Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
+    ],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
+    ],
+    json: JsonOption = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the figures.")] = _FIGURES,
+    seed: SeedOption = 0,
+) -> None:
+    """Predict RUN..., fitted or not, and tell how well the predictions agree with them.
+
+    For each run: RMSE of the mean model, share of readings within the central 50 and 90 % of the
+    predictions, and creep while cold after heating. Exits with 1 if the posterior has not
+    converged.
+    """
+    from rich.console import Console
+
+    from muscle_bayes.criticism.coverage import check_run
+    from muscle_bayes.criticism.drift import drift as drift_of
+    from muscle_bayes.data import read_runs
+    from muscle_bayes.inference.posterior import Posterior, predict_runs
+    from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
+
+    fitted = Posterior.load(posterior)
+    loaded = read_runs(runs)
+    origins = {run.name: run.metadata.origin for run in loaded}
+    console = Console()
+    with console.status("predicting"):
+        predictions = predict_runs(fitted, loaded, seed=seed)
+    checks: dict[str, RunCheck] = {}
+    drifts: dict[str, Drift] = {}
+    for one in predictions:
+        checks[one.run], drifts[one.run] = check_run(one), drift_of(one, seed)
+        figure = predictive_figure(one, checks[one.run], origins[one.run])
+        _save(figure, out / f"{one.run}.png")
+        if drifts[one.run].phases:
+            figure = drift_figure(one, drifts[one.run], origins[one.run])
+            _save(figure, out / f"{one.run}-drift.png")
+    _show(console, checks, drifts)
+    console.print(f"figures: {out}", soft_wrap=True, markup=False, highlight=False)
+    if json is not None:
+        write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
+    if not fitted.converged:
+        warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)
+        console.print(warning, style="bold red", markup=False, highlight=False)
+        raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def _as_dict(converged: bool, complaints: tuple[str, ...], checks, drifts, seed) -> dict[str, Any]:
+    return {
+        "runs": {name: one.as_dict() for name, one in checks.items()},
+        "drift": {name: one.as_dict() for name, one in drifts.items()},
+        "converged": converged,
+        "complaints": list(complaints),
+        "seed": seed,
+    }
+
+
+def _save(figure: "Figure", target: Path) -> None:
+    from muscle_bayes.report.style import save
+
+    try:
+        save(figure, target)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MuscleBayesError(
+            f"{target}: cannot be written: {reason}. Mend: give another --out."
+        ) from None
+
+
+def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "Drift"]) -> None:
+    """The table of all runs."""
+    from rich.table import Table
+    from rich.text import Text
+
+    columns = ("run", "RMSE", "", "in 50 %", "in 90 %", "cold creep, measured - predicted [90 %]")
+    table = Table(*columns)
+    for name, one in checks.items():
+        second = f"{one.judged_rmse:.3g} {one.judged_unit}"
+        table.add_row(
+            Text(name),
+            f"{one.rmse:.3g} {one.unit}",
+            second if one.unit != one.judged_unit else "",
+            f"{one.coverage50:.0%}",
+            f"{one.coverage90:.0%}",
+            Text(_creep(drifts[name])),
+        )
+    console.print(table)
+
+
+def _creep(drift: "Drift") -> str:
+    if (d := drift.slope_difference) is None:
+        return "no cold phase"
+    return (
+        f"{d.mean:+.3g} [{d.q05:+.3g}, {d.q95:+.3g}] {drift.unit}/min, {len(drift.phases)} phases"
+    )

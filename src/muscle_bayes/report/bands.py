@@ -1,0 +1,24 @@
+"""Central intervals of draws, drawn so that they read in grey as well."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+
+INTERVALS = ((0.9, "#C7DFEE"), (0.5, "#7DB6D9"))
+"""Central share and colour, widest first; the narrower is the darker."""
+
+
+def draw_bands(axis: Axes, time: Values, draws: Values, told: str) -> None:
+    """The 90 and 50 % intervals of draws (draw, time) as nested bands."""
+    for level, shade in INTERVALS:
+        tail = 0.5 * (1.0 - level)
+        low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
+        label = f"{level:.0%} of {told}"
+        axis.fill_between(time, low, high, color=shade, linewidth=0, label=label)
+
+
+def origin_word(origin: str) -> str:
+    """How titles tell where data come from."""
+    return "SYNTHETIC" if origin == "synthetic" else "measured"

@@ -1,0 +1,133 @@
+"""What a posterior says of each parameter, beside its prior and a published value."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.stats import gaussian_kde
+
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style
+
+MUSCLE_UNITS: Final = {
+    "A": "1/°C²",
+    "B": "1/°C",
+    "C": "1",
+    "F_hyst_min": "N",
+    "K_hyst": "N/m",
+    "F_modulus_min": "N",
+    "K_modulus": "N/m",
+    "H": "N s/(m °C)",
+    "T_hyst_offset": "°C",
+}
+"""Units of Table 2's parameters; the others carry theirs in the posterior."""
+
+_REACH = 1.0
+"""How far axes reach beyond the posterior's 98 % range, in its widths."""
+_FARTHEST = 4.0
+"""A published value farther than this many widths away is told by an arrow."""
+
+Values = NDArray[np.float64]
+
+
+def posterior_figure(
+    posterior: Posterior, published: Mapping[str, float] | None = None, label: str = "posterior"
+) -> Figure:
+    """Marginal densities of all parameters in a grid."""
+    group = posterior.tree["posterior"]
+    names = [name for name in posterior.parameters if group[name].ndim == 2]
+    columns = min(3, len(names))
+    rows = -(-len(names) // columns)
+    with quiet_style():
+        fig = Figure(figsize=(8.0, 1.1 + 2.0 * rows))
+        axes = fig.subplots(rows, columns, squeeze=False).ravel()
+        for axis, name in zip(axes, names, strict=False):
+            draws = group[name].to_numpy().ravel(), posterior.tree["prior"][name].to_numpy().ravel()
+            unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "")
+            _marginal(axis, name, unit, *draws, (published or {}).get(name))
+        for axis in axes[len(names) :]:
+            axis.remove()
+        found = dict(
+            pair[::-1]
+            for axis in axes[: len(names)]
+            for pair in zip(*axis.get_legend_handles_labels(), strict=True)
+        )
+        fig.legend(found.values(), found.keys(), loc="outside lower left", ncols=4)
+        warning = "" if posterior.converged else " (NOT CONVERGED)"
+        origin = ", SYNTHETIC data" if "synthetic" in posterior.tree.attrs.get("origin", "") else ""
+        fig.suptitle(f"{label}{origin}{warning}", x=0.01, ha="left", fontsize=10)
+    return fig
+
+
+def _one_sign(after: Values, before: Values) -> float:
+    """The sign that posterior and prior keep; 0 where they do not."""
+    both = np.concatenate([after, before])
+    return float(both.min() > 0.0) - float(both.max() < 0.0)
+
+
+def _density(draws: Values, at: Values, sign: float) -> Values:
+    """Kernel density; on logarithms where the parameter keeps a sign, for tails are long there."""
+    if np.ptp(draws) == 0.0:
+        return np.zeros_like(at)
+    if sign == 0.0:
+        middle, reach = np.median(draws), 20.0 * np.subtract(*np.quantile(draws, [0.75, 0.25]))
+        near = np.abs(draws - middle) <= reach
+        return near.mean() * gaussian_kde(draws[near])(at)
+    valid = at * sign > 0.0
+    result, size = np.zeros_like(at), np.abs(at[valid])
+    result[valid] = gaussian_kde(np.log(np.abs(draws)))(np.log(size)) / size
+    return result
+
+
+def _limits(after: Values, before: Values, published: float | None) -> tuple[float, float]:
+    """The posterior's range, widened to the prior's middle where the data say little."""
+    low, high = np.quantile(after, [0.01, 0.99])
+    width = max(float(high - low), 1e-12 * abs(float(high)) + 1e-300)
+    low, high = float(low) - _REACH * width, float(high) + _REACH * width
+    prior_low, prior_high = np.quantile(before, [0.05, 0.95])
+    if prior_high - prior_low < 6.0 * width:
+        low, high = min(low, float(prior_low)), max(high, float(prior_high))
+    if published is not None and low - _FARTHEST * width < published < high + _FARTHEST * width:
+        low, high = min(low, published - 0.3 * width), max(high, published + 0.3 * width)
+    sign = _one_sign(after, before)
+    return max(low, 0.0) if sign > 0.0 else low, min(high, 0.0) if sign < 0.0 else high
+
+
+def _marginal(
+    axis: Axes, name: str, unit: str, after: Values, before: Values, published: float | None
+) -> None:
+    low, high = _limits(after, before, published)
+    at = np.linspace(low, high, 400)
+    sign = _one_sign(after, before)
+    density = _density(after, at, sign)
+    prior = np.minimum(_density(before, at, sign), 1.15 * density.max())
+    axis.fill_between(at, prior, color="#D5D5D5", linewidth=0, label="prior, same scale")
+    axis.plot(at, prior, color=GREY, linewidth=0.8)
+    axis.plot(at, density, color=BLUE, label="posterior")
+    q05, q95 = np.quantile(after, [0.05, 0.95])
+    within = (at >= q05) & (at <= q95)
+    axis.fill_between(
+        at[within], density[within], color=BLUE, alpha=0.3, linewidth=0, label="its central 90 %"
+    )
+    if published is not None:
+        if low <= published <= high:
+            style = {"color": VERMILLION, "linestyle": (0, (4, 2)), "linewidth": 1.3}
+            axis.axvline(published, label="published value", **style)
+        else:
+            side = "right" if published > high else "left"
+            text = (
+                f"published {published:.4g} →"
+                if side == "right"
+                else f"← published {published:.4g}"
+            )
+            place = 0.98 if side == "right" else 0.02
+            axis.text(place, 0.9, text, ha=side, fontsize=7, color=BLACK, transform=axis.transAxes)
+    axis.set_xlim(low, high)
+    axis.set_ylim(bottom=0.0)
+    axis.set_yticks([])
+    axis.locator_params(axis="x", nbins=4)
+    axis.set_xlabel(f"{name} [{unit}]")
+    axis.set_ylabel("density")

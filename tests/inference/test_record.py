@@ -1,0 +1,55 @@
+"""Rows become intervals without inventing or losing information."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from muscle_bayes.data import Run, read_run
+from muscle_bayes.inference.record import fast_record, segments, slow_record
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@pytest.fixture(scope="module")
+def sawtooth() -> Run:
+    return read_run(DATA / "sawtooth.csv")
+
+
+def test_every_reading_of_a_slow_run_counts_once(sawtooth: Run) -> None:
+    record = slow_record(sawtooth)
+    assert record.weight.sum() <= len(sawtooth.table)
+    assert record.weight.sum() > 0.95 * len(sawtooth.table)
+
+
+def test_load_changes_lie_on_nodes(sawtooth: Run) -> None:
+    nodes = slow_record(sawtooth).schedule.time
+    for jump in sawtooth.load_steps:
+        assert np.min(np.abs(nodes - jump)) < 1e-9
+
+
+def test_peaks_of_temperature_survive(sawtooth: Run) -> None:
+    peak = sawtooth.table["temperature_a"].max()
+    assert slow_record(sawtooth).schedule.temperature[:, 0].max() > peak - 0.6
+
+
+def test_spring_readings_are_taken_one_by_one() -> None:
+    run = read_run(DATA / "spring-1.csv")
+    record = fast_record(run)
+    assert record.time.size == len(run.table) - 1
+    assert record.start_reading == run.table["reading"].iloc[0]
+
+
+def test_a_reading_that_never_changes_is_one_observation() -> None:
+    run = read_run(DATA / "spring-1.csv")
+    table = run.table.copy()
+    table.loc[100:, "reading"] = 530.0
+    frozen = fast_record(type(run)(run.name, None, run.metadata, table))
+    stuck = frozen.weight[frozen.time >= table["time"].iloc[100]]
+    assert np.count_nonzero(stuck) == 1
+
+
+def test_runs_that_something_restores_are_not_cut() -> None:
+    run = read_run(DATA / "spring-1.csv")
+    record = fast_record(run)
+    assert segments(run, record) == [record]
