@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from known_cases import gaussian, sawtooth
 
-from muscle_bayes.criticism.drift import cold_phases, drift, inflation
+from muscle_bayes.criticism.creep import inflation
+from muscle_bayes.criticism.drift import cold_phases, drift
 
 
 def test_known_slopes_are_recovered():

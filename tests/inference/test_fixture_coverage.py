@@ -33,7 +33,9 @@ def test_intervals_cover_nominally(tmp_path: Path) -> None:
         for name, hits in inside.items():
             low, high = np.quantile(posterior.tree["posterior"][name].to_numpy(), [0.05, 0.95])
             hits.append(bool(low <= truth[name] <= high))
-        print(number, {name: f"{sum(hits)}/{len(hits)}" for name, hits in inside.items()}, flush=True)
+        print(
+            number, {name: f"{sum(hits)}/{len(hits)}" for name, hits in inside.items()}, flush=True
+        )
     for name, hits in inside.items():
         chance = 2 * min(binom.cdf(sum(hits), SETS, 0.9), binom.sf(sum(hits) - 1, SETS, 0.9))
         assert chance > 0.01, f"{name}: {sum(hits)} of {SETS} intervals cover"

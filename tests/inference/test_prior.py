@@ -51,7 +51,7 @@ def test_priors_reach_table_2_without_being_centred_on_it() -> None:
     assert np.mean(np.abs(np.array(shares) - 0.5)) > 0.1
 
 
-@pytest.mark.parametrize("held", [0.2, 1.7, 1.76, 3.0])
+@pytest.mark.parametrize("held", [1.8, 2.3, 3.0])
 def test_first_hyst_inverts_its_spring(held: float) -> None:
     values = sampled_from_table_2()
     strain = first_hyst(values, held)

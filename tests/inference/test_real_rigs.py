@@ -50,7 +50,9 @@ def test_emps(real_data: Path, tmp_path: Path) -> None:
 def test_heating_wire_one_cycle_ahead(real_data: Path, tmp_path: Path) -> None:
     path = real_data / "heating-wire" / "two-cycles-200g.csv"
     cycle = 158.6
-    summary = fitted(tmp_path, path, "--until", str(cycle), "--effect", "thermal-lag", preset="full")
+    summary = fitted(
+        tmp_path, path, "--until", str(cycle), "--effect", "thermal-lag", preset="full"
+    )
     assert summary["converged"], summary["complaints"]
     run = read_run(path)
     (one,) = predict_runs(Posterior.load(tmp_path / "p.nc"), [run], seed=1)

@@ -93,12 +93,11 @@ def _save(figure: "Figure", target: Path) -> None:
 
 
 def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "Drift"]) -> None:
-    """The table of all runs."""
+    """The tables of all runs; creep only where a run has cold phases."""
     from rich.table import Table
     from rich.text import Text
 
-    columns = ("run", "RMSE", "", "in 50 %", "in 90 %", "cold creep, measured - predicted [90 %]")
-    table = Table(*columns)
+    table = Table("run", "RMSE", "", "in 50 %", "in 90 %")
     for name, one in checks.items():
         second = f"{one.judged_rmse:.3g} {one.judged_unit}"
         table.add_row(
@@ -107,14 +106,12 @@ def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "
             second if one.unit != one.judged_unit else "",
             f"{one.coverage50:.0%}",
             f"{one.coverage90:.0%}",
-            Text(_creep(drifts[name])),
         )
     console.print(table)
-
-
-def _creep(drift: "Drift") -> str:
-    if (d := drift.slope_difference) is None:
-        return "no cold phase"
-    return (
-        f"{d.mean:+.3g} [{d.q05:+.3g}, {d.q95:+.3g}] {drift.unit}/min, {len(drift.phases)} phases"
-    )
+    creep = Table("creep while cold", "phases", "measured - predicted", "90 % interval")
+    for name, drift in drifts.items():
+        if (d := drift.slope_difference) is not None:
+            mean, interval = f"{d.mean:+.3g} {drift.unit}/min", f"{d.q05:+.3g} to {d.q95:+.3g}"
+            creep.add_row(Text(name), str(len(drift.phases)), mean, interval)
+    if creep.row_count:
+        console.print(creep)

@@ -7,6 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from muscle_bayes.criticism.creep import (
+    Creep,
+    Estimate,
+    creep,
+    inflation,
+    shift_weights,
+    slope_weights,
+)
 from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.predict import Prediction
 
@@ -20,36 +28,8 @@ SHORTEST = 30.0
 """Shortest cold phase, s."""
 FEWEST = 6
 """Fewest readings of a cold phase: a slope and the correlation of its residuals take some."""
-END_SHARE = 0.15
-"""Share of a phase's readings averaged at either end for the shift; at least two."""
 
 Values = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number with the 5 and 95 % quantiles of what it may be."""
-
-    mean: float
-    q05: float
-    q95: float
-
-    @classmethod
-    def of(cls, draws: Values) -> "Estimate":
-        low, high = np.quantile(draws, [0.05, 0.95])
-        return cls(float(draws.mean()), float(low), float(high))
-
-
-@dataclass(frozen=True)
-class Creep:
-    """One measure of a phase's creep, measured and predicted."""
-
-    measured: float
-    standard_error: float
-    predicted: Estimate
-    """what the model gives: uncertainty of the parameters only"""
-    difference: Estimate
-    """measured - predicted, uncertainty of both"""
 
 
 @dataclass(frozen=True)
@@ -135,50 +115,16 @@ def cold_phases(prediction: Prediction) -> list[slice]:
     ]
 
 
-def inflation(residual: Values) -> float:
-    """Factor by which autocorrelation of lag one, r, widens errors: sqrt((1 + r)/(1 - r)) >= 1."""
-    power = float(residual @ residual)
-    if power == 0.0:
-        return 1.0
-    r = min(max(float(residual[1:] @ residual[:-1]) / power, 0.0), 0.9)
-    return float(np.sqrt((1.0 + r) / (1.0 - r)))
-
-
-def _slope_weights(time: Values) -> Values:
-    """w with w . y the least-squares slope of y over time, per minute."""
-    centred = (time - time.mean()) / 60.0
-    return centred / float(centred @ centred)
-
-
-def _shift_weights(time: Values) -> Values:
-    """w with w . y the mean of the last readings minus the mean of the first."""
-    ends = max(2, round(END_SHARE * time.size))
-    weights = np.zeros(time.size)
-    weights[:ends], weights[-ends:] = -1.0 / ends, 1.0 / ends
-    return weights
-
-
-def _creep(weights: Values, observed: Values, model: Values, noise: float, wobble: Values):
-    """One linear measure of the readings; `noise` is the effective error of a single reading.
-
-    Also returns the draws of its difference, which phases share and must be averaged draw by draw.
-    """
-    measured = float(weights @ observed)
-    error = noise * float(np.linalg.norm(weights))
-    predicted = model @ weights
-    difference = measured - predicted + error * wobble
-    return Creep(measured, error, Estimate.of(predicted), Estimate.of(difference)), difference
-
-
 def _phase(prediction: Prediction, own: slice, wobble: Values) -> tuple[ColdPhase, Values]:
     factor = judged_unit(prediction)[1]
     time = prediction.time[own]
     observed, model = factor * prediction.observed[own], factor * prediction.model[:, own]
-    trend = np.polynomial.Polynomial.fit(time, observed, 1)
-    residual = observed - trend(time)
+    # Creep bends as it slows down; the model's own bend keeps that from passing for noise.
+    misfit = observed - model.mean(axis=0)
+    residual = misfit - np.polynomial.Polynomial.fit(time, misfit, 1)(time)
     noise = float(np.sqrt(residual @ residual / (time.size - 2))) * inflation(residual)
-    slope, difference = _creep(_slope_weights(time), observed, model, noise, wobble)
-    shift, _ = _creep(_shift_weights(time), observed, model, noise, wobble)
+    slope, difference = creep(slope_weights(time), observed, model, noise, wobble)
+    shift, _ = creep(shift_weights(time), observed, model, noise, wobble)
     phase = ColdPhase(
         start=float(time[0]),
         end=float(time[-1]),
@@ -194,8 +140,9 @@ def _phase(prediction: Prediction, own: slice, wobble: Values) -> tuple[ColdPhas
 def drift(prediction: Prediction, seed: int = 0) -> Drift:
     """Measured against predicted slope and shift of every cold phase of a run.
 
-    The slope is fitted by least squares; its standard error is widened for autocorrelation of the
-    residuals. Positive is the direction of the rotor's coordinate.
+    The slope is fitted by least squares; its standard error comes from the scatter of observed
+    minus mean model about a line, widened for autocorrelation. Positive is the direction of the
+    rotor's coordinate.
     """
     unit = judged_unit(prediction)[0]
     if np.ptp(_smoothed(prediction.temperature)) < HEATED_RISE:
@@ -210,8 +157,6 @@ def drift(prediction: Prediction, seed: int = 0) -> Drift:
         return Drift(prediction.run, unit, (), None, reason)
     rng = np.random.default_rng(seed)
     draws = prediction.model.shape[0]
-    phases, differences = zip(
-        *(_phase(prediction, own, rng.standard_normal(draws)) for own in found), strict=True
-    )
-    overall = Estimate.of(np.mean(differences, axis=0))
-    return Drift(prediction.run, unit, phases, overall)
+    results = [_phase(prediction, own, rng.standard_normal((draws,))) for own in found]
+    overall = Estimate.of(np.mean([difference for _, difference in results], axis=0))
+    return Drift(prediction.run, unit, tuple(phase for phase, _ in results), overall)

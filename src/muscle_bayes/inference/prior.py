@@ -127,10 +127,8 @@ def muscle_parameters(values: Mapping[str, Array], base_length: float) -> Muscle
 
 
 def first_hyst(values: Mapping[str, Array], held: Array) -> Array:
-    """sigma_hyst at which HYST's spring holds `held` [N]: the inverse of eq. 13."""
-    least = values["F_hyst_min"]
-    opening = STRAIN_EPSILON * jnp.minimum(held, least) / least
-    return opening + jnp.maximum(held - least, 0.0) / values["stiffness_hyst"]
+    """sigma_hyst at which HYST's spring, in its linear range, holds `held` [N] (eq. 13 inverted)."""
+    return STRAIN_EPSILON + (held - values["F_hyst_min"]) / values["stiffness_hyst"]
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:

@@ -6,19 +6,28 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from jaxtyping import Array, Float
+from scipy.ndimage import maximum_filter1d
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle, restores
 from muscle_bayes.physics.schedule import Schedule
 
-SLOW_INTERVALS = 750
-"""Intervals into which a slow run is divided, unless that makes them longer than SLOW_LONGEST."""
-SLOW_LONGEST = 2.0
+SLOW_INTERVALS = 1000
+"""Most intervals into which a slow run is divided for its temperature's sake."""
+TEMPERATURE_TOLERANCE = 0.02
+"""Error of temperature between nodes that the intervals of a slow run aim at, C."""
+SLOW_LONGEST = 4.0
 """Longest interval of a slow run, s."""
+SLOW_SHORTEST = 0.5
+"""Shortest interval of a slow run, s."""
+CURVATURE_SPAN = 2.0
+"""Temperatures this far apart tell how temperature bends, s."""
 READINGS_PER_INTERVAL = 4
 """Fewest readings that an interval of a slow run averages."""
-THERMOMETER_WINDOW = 0.3
+THERMOMETER_WINDOW = 0.1
 """Temperatures are averaged over this long before and after a node, s."""
+LONGEST_HOLD = 0.6
+"""A temperature that stays the same for longer is not held by the meter but steady, s."""
 FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
@@ -64,16 +73,18 @@ def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
 
 
 def _at_nodes(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """`values` averaged within THERMOMETER_WINDOW of each node; interpolated where there are none.
+    """Temperature at each node, averaged over THERMOMETER_WINDOW around it.
 
-    A longer average would cut the peaks at which friction makes the rotor turn back.
+    A meter repeats its value between updates, so only rows with a new value tell when it was
+    measured: between those, temperature is taken as linear. Averaging the repeats instead would
+    make the log lag by half an update. A longer window would cut the peaks at which friction makes
+    the rotor turn back.
     """
-    nearest = np.searchsorted(0.5 * (nodes[1:] + nodes[:-1]), time)
-    owner = np.where(np.abs(nodes[nearest] - time) <= THERMOMETER_WINDOW, nearest, -1)
-    around = _means(values, owner, nodes.size)
-    lone = np.isnan(around)
-    around[lone] = np.interp(nodes[lone], time, values)
-    return around
+    fresh = np.r_[True, np.diff(values) != 0.0]
+    last_fresh = time[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))]
+    fresh |= time - last_fresh > LONGEST_HOLD
+    offsets = np.linspace(-1.0, 1.0, 41) * THERMOMETER_WINDOW
+    return np.interp(nodes[:, None] + offsets, time[fresh], values[fresh]).mean(axis=1)
 
 
 def _observations(
@@ -111,13 +122,33 @@ def _start(run: Run) -> tuple[float, float]:
     return float(reading[0]), float(slope)
 
 
-def slow_record(run: Run) -> Record:
-    """Equal intervals, cut where the load changes; readings averaged over each interval."""
+def _slow_nodes(run: Run) -> np.ndarray:
+    """Nodes such that temperature is linear between them to TEMPERATURE_TOLERANCE.
+
+    Over an interval h the chord misses a curve by |T''| h^2 / 8. So nodes crowd where heating starts
+    or ends, where friction makes the rotor turn back, and are sparse while the muscle cools.
+    """
     time = run.table["time"].to_numpy()
-    spacing = float(np.median(np.diff(time)))
-    step = max(run.duration / SLOW_INTERVALS, READINGS_PER_INTERVAL * spacing)
-    step = min(step, SLOW_LONGEST)
-    nodes = np.linspace(0.0, run.duration, int(np.ceil(run.duration / step)) + 1)
+    shortest = max(SLOW_SHORTEST, READINGS_PER_INTERVAL * float(np.median(np.diff(time))))
+    even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / (0.5 * CURVATURE_SPAN))) + 1)
+    bend = np.zeros(even.size)
+    for side in "ab":
+        curve = _at_nodes(time, run.table[f"temperature_{side}"].to_numpy(), even)
+        # A bend is felt before and after the point at which it is measured.
+        second = np.abs(np.diff(curve, 2, prepend=curve[0], append=curve[-1]))
+        bend = np.maximum(bend, maximum_filter1d(second / (even[1] - even[0]) ** 2, 3))
+    wanted = np.sqrt(8.0 * TEMPERATURE_TOLERANCE / np.maximum(bend, 1e-12))
+    per_second = 1.0 / np.clip(wanted, shortest, SLOW_LONGEST)
+    count = np.concatenate([[0.0], np.cumsum(0.5 * (per_second[1:] + per_second[:-1]))])
+    count *= even[1] - even[0]
+    size = int(min(np.ceil(count[-1]), max(SLOW_INTERVALS, run.duration / SLOW_LONGEST)))
+    return np.interp(np.linspace(0.0, count[-1], size + 1), count, even)
+
+
+def slow_record(run: Run) -> Record:
+    """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
+    time = run.table["time"].to_numpy()
+    nodes = _slow_nodes(run)
     jumps = [jump for jump in run.load_steps if 0.0 < jump < run.duration]
     nodes = np.unique(np.concatenate([nodes, jumps]))
     size = nodes.size - 1

@@ -19,6 +19,7 @@ CHUNK = 50
 """Iterations between two reports of progress; an interruption waits for at most these."""
 TARGET_ACCEPTANCE = 0.85
 MAX_TREE_DEPTH = 8
+SWEEPS = 6
 WALLED = ("F_modulus_min", "F_hyst_min")
 
 
@@ -105,18 +106,30 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
         )
         return _ChainState(nuts, edge, key_edge)
 
-    def move_edge(state: _ChainState, index: int, white: Whitening, data: Data) -> _ChainState:
-        key, key_step, key_accept = jax.random.split(state.key, 3)
-        step = white.stride[index] * jax.random.normal(key_step)
-        edge = state.edge.at[index].add(step)
+    def move_edges(state: _ChainState, white: Whitening, data: Data) -> _ChainState:
+        """SWEEPS Metropolis proposals for each walled entry; their density needs no gradient."""
+        key, key_step, key_accept, key_reach = jax.random.split(state.key, 4)
+        count = SWEEPS * outer.size
+        steps = jax.random.normal(key_step, (count,))
+        # Long and short proposals: a wall near or far from here is reached by either.
+        steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
+        chances = jnp.log(jax.random.uniform(key_accept, (count,)))
+        entries = jnp.arange(count) % outer.size
+
+        def propose(carry: tuple[Array, Array], now: Any) -> Any:
+            edge, energy = carry
+            entry, step, chance = now
+            trial = edge.at[entry].add(white.stride[entry] * step)
+            trial_energy = density_of(white, data, trial)(state.nuts.z)
+            accept = chance < energy - trial_energy
+            moved = jnp.where(accept, trial, edge), jnp.where(accept, trial_energy, energy)
+            return moved, None
+
+        start = state.edge, state.nuts.potential_energy
+        (edge, _), _ = jax.lax.scan(propose, start, (entries, steps, chances))
         energy, gradient = jax.value_and_grad(density_of(white, data, edge))(state.nuts.z)
-        gain = state.nuts.potential_energy - energy
-        accept = jnp.log(jax.random.uniform(key_accept)) < gain
-        nuts = state.nuts._replace(
-            potential_energy=jnp.where(accept, energy, state.nuts.potential_energy),
-            z_grad=jnp.where(accept, gradient, state.nuts.z_grad),
-        )
-        return _ChainState(nuts, jnp.where(accept, edge, state.edge), key)
+        nuts = state.nuts._replace(potential_energy=energy, z_grad=gradient)
+        return _ChainState(nuts, edge, key)
 
     @partial(jax.jit, static_argnames="count")
     def advance(state: _ChainState, white: Whitening, data: Data, count: int) -> Any:
@@ -124,8 +137,8 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
             nuts = sample(state.nuts, model_args=(white, data, state.edge))
             kept = (nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy)
             state = state._replace(nuts=nuts)
-            for index in range(outer.size):
-                state = move_edge(state, index, white, data)
+            if outer.size:
+                state = move_edges(state, white, data)
             vector = vector_of(state.nuts.z, white, state.edge)
             return state, (vector, *kept, -state.nuts.potential_energy)
 

@@ -1,7 +1,7 @@
 """What a posterior says of each parameter, beside its prior and a published value."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -114,7 +114,7 @@ def _marginal(
     )
     if published is not None:
         if low <= published <= high:
-            style = {"color": VERMILLION, "linestyle": (0, (4, 2)), "linewidth": 1.3}
+            style: Any = {"color": VERMILLION, "linestyle": (0, (4, 2)), "linewidth": 1.3}
             axis.axvline(published, label="published value", **style)
         else:
             side = "right" if published > high else "left"

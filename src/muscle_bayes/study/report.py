@@ -92,7 +92,10 @@ def _verdict(summary: Numbers) -> str:
 
 
 def _check_table(numbers: Numbers) -> list[str]:
-    rows = ["| run | held out | RMSE | unit | 50 % covers | 90 % covers |", "|---|---|---|---|---|---|"]
+    rows = [
+        "| run | held out | RMSE | unit | 50 % covers | 90 % covers |",
+        "|---|---|---|---|---|---|",
+    ]
     for name, check in numbers["checks"].items():
         held = "yes" if name in numbers["held_out"] else "no"
         rows.append(
@@ -170,4 +173,3 @@ def _page(numbers: Numbers) -> str:
         "",
     ]
     return "\n".join(lines)
-
