@@ -160,7 +160,8 @@ def windows(prediction: Prediction, count: int = WINDOWS) -> tuple[Window, ...]:
 
 
 def check_run(prediction: Prediction) -> RunCheck:
-    """All checks of one run."""
+    """All checks of the part of a run that is predicted ahead: the whole of a fitted run."""
+    prediction = prediction.ahead()
     ranks = pit(prediction)
     return RunCheck(
         run=prediction.run,

@@ -21,7 +21,13 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import constrain, lane_fits, muscle_of
 from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.predict import Prediction, predict, starts_of_new_runs
+from muscle_bayes.inference.predict import (
+    SETTLING_SHARE,
+    Prediction,
+    predict,
+    settled_starts,
+    starts_of_new_runs,
+)
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.sampler import Draws, draw
@@ -333,7 +339,8 @@ def predict_runs(
     """Predictions of runs, whether the posterior has seen them or not.
 
     A run with the name of a fitted one keeps that run's own zero, start and first HYST strain, so
-    that a record continued past the fitted part is predicted ahead. Raises MuscleBayesError if the
+    that a record continued past the fitted part is predicted ahead. Another run's own unknowns are
+    told by its first SETTLING_SHARE, and the rest is predicted ahead. Raises MuscleBayesError if the
     runs need parameters that the posterior lacks.
     """
     problem = pose(runs, posterior.friction, posterior.effects)
@@ -356,13 +363,38 @@ def predict_runs(
     if "modulus" in known and not np.isclose(scale, 1.0):
         # K in N/m is the material's number that is carried over; stiffness per strain is K L_base.
         known |= {key: known[key] / scale for key in ("modulus", "stiffness_hyst")}
-    filled = starts_of_new_runs(problem, known, seed + 1)
+    filled = settled_starts(problem, starts_of_new_runs(problem, known, seed + 1), seed + 2)
+    fitted: set[str] = set()
     for name, shape in problem.layout.shapes:
         if shape and name in thinned:
             regime = name.split(".")[0]
-            fitted = [str(run) for run in group[f"{regime}_run"].to_numpy()]
+            names_there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
             for position, run in enumerate(problem.site_runs[regime]):
-                if run in fitted:
-                    own = thinned[name][:, fitted.index(run)]
+                if run in names_there:
+                    fitted.add(run)
+                    own = thinned[name][:, names_there.index(run)]
                     filled[name] = filled[name].at[:, position].set(own)
-    return predict(problem, filled, seed)
+    durations = {run.name: run.duration for run in problem.runs}
+    return [
+        one if one.run in fitted else one._replace(ahead_from=SETTLING_SHARE * durations[one.run])
+        for one in predict(problem, filled, seed)
+    ]
+
+
+@double_precision
+def predict_from_prior(
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    *,
+    draws: int = PREDICTIVE_DRAWS,
+    seed: int = 0,
+) -> list[Prediction]:
+    """What the priors alone say of these runs: draws that could not be real show a poor prior."""
+    problem = pose(runs, friction, effects)
+    keys = jax.random.split(jax.random.key(seed), len(problem.layout.shapes))
+    values = {
+        name: problem.data.priors[name].sample(key, (draws,))
+        for key, (name, _) in zip(keys, problem.layout.shapes, strict=True)
+    }
+    return predict(problem, values, seed + 1)

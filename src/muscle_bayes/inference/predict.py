@@ -7,11 +7,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.density import (
     NoiseParameters,
+    lane_fits,
     noise_of,
     physical_of,
     plant_of,
@@ -47,6 +50,17 @@ class Prediction(NamedTuple):
     """kg."""
     scale: float
     """Coordinate per unit of reading, with sign [rad or m]."""
+    ahead_from: float = 0.0
+    """Readings before this time told the run's own start; only later ones are predicted ahead [s]."""
+
+    def ahead(self) -> "Prediction":
+        """The part that is predicted ahead."""
+        later = self.time >= self.ahead_from
+        cut = {
+            key: getattr(self, key)[..., later]
+            for key in ("time", "observed", "model", "reading", "hyst", "temperature", "load")
+        }
+        return self._replace(**cut)
 
 
 @partial(jax.jit, static_argnames="layout")
@@ -142,7 +156,8 @@ def starts_of_new_runs(problem: Problem, draws: Draws, seed: int) -> dict[str, A
 
     Zero, first reading and first speed come from their priors, which the first rows inform. HYST's
     first strain is what lets the rotor rest at the first reading, dry friction anywhere in
-    [-D, D]: the first row of a run that begins at rest says no more.
+    [-D, D]: the first row of a run that begins at rest says no more. `settled_starts` goes on
+    from here.
     """
     count = len(next(iter(draws.values())))
     keys = iter(jax.random.split(jax.random.key(seed), 16))
@@ -181,3 +196,71 @@ def _resting_tension(values, pull, *, problem: Problem, lanes: Lanes, regime: st
         return jnp.maximum(held, 1e-3 * values["F_hyst_min"])
 
     return jax.vmap(one)(lanes, pull)
+
+
+SETTLING_SHARE = 0.15
+"""Share of an unfitted run that tells its own unknowns; the rest is predicted."""
+SETTLING_STEPS = 8
+
+
+def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
+    """Each run's own unknowns, drawn given the posterior draw and the first part of the run.
+
+    For every draw of the shared parameters: Gauss-Newton to the mode of zero, first reading, first
+    speed and force held by HYST, then a normal draw with the curvature there.
+    """
+    own = [name for name, shape in problem.layout.shapes if shape]
+    if not own:
+        return dict(draws)
+    cuts = {run.name: SETTLING_SHARE * run.duration for run in problem.runs}
+    lanes = tuple(
+        group._replace(
+            weight=jnp.where(
+                group.time <= jnp.array([cuts[problem.runs[i].name] for i in owners])[:, None],
+                group.weight,
+                0.0,
+            )
+        )
+        for group, owners in zip(problem.data.lanes, problem.lane_runs, strict=True)
+    )
+    data = problem.data._replace(lanes=lanes)
+    keys = jax.random.split(jax.random.key(seed), len(next(iter(draws.values()))))
+    return _settled(keys, dict(draws), problem.layout, data, tuple(own))
+
+
+@partial(jax.jit, static_argnames=("layout", "own"))
+def _settled(keys, draws: dict[str, Array], layout: Layout, data: Data, own: tuple[str, ...]):
+    logarithmic = {name: isinstance(data.priors[name], dist.LogNormal) for name in own}
+
+    def to_free(values: Draws) -> dict[str, Array]:
+        return {k: jnp.log(values[k]) if logarithmic[k] else values[k] for k in own}
+
+    def from_free(free: Draws) -> dict[str, Array]:
+        return {k: jnp.exp(free[k]) if logarithmic[k] else free[k] for k in own}
+
+    def one(argument):
+        key, values = argument
+        start, restore = ravel_pytree(to_free(values))
+        spread, _ = ravel_pytree({k: data.priors[k].scale for k in own})
+        centre, _ = ravel_pytree({k: data.priors[k].loc for k in own})
+
+        def errors(free: Array) -> Array:
+            fits = lane_fits({**values, **from_free(restore(free))}, layout, data)
+            seen = jnp.concatenate([fit.errors.ravel() for fit in fits])
+            return jnp.concatenate([seen, (free - centre) / spread])
+
+        def improve(_: int, free: Array) -> Array:
+            value, slope = errors(free), jax.jacfwd(errors)(free)
+            move = jnp.linalg.solve(slope.T @ slope, -slope.T @ value)
+            move = jnp.clip(move, -spread, spread)
+            halves = free + move * jnp.array([[1.0], [0.3], [0.0]])
+            costs = jax.vmap(lambda at: jnp.sum(errors(at) ** 2))(halves)
+            return halves[jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))]
+
+        mode = jax.lax.fori_loop(0, SETTLING_STEPS, improve, start)
+        slope = jax.jacfwd(errors)(mode)
+        factor = jnp.linalg.cholesky(jnp.linalg.inv(slope.T @ slope))
+        free = mode + factor @ jax.random.normal(key, mode.shape)
+        return {**values, **from_free(restore(free))}
+
+    return jax.lax.map(one, (keys, draws), batch_size=4)

@@ -13,9 +13,13 @@ from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posterior import EFFORTS, LIBRARIES, Posterior, fit
 from muscle_bayes.inference.summary import summarise
-from muscle_bayes.study.stage import Stage, source_checksum
+from muscle_bayes.study.stage import Stage, fingerprint, source_checksum
 
 Progress = Callable[[str], AbstractContextManager[Callable[[str, int, int], None]]]
+
+
+FIT_LAYERS = ("physics", "data", "inference")
+"""Layers whose code a posterior depends on."""
 
 
 @dataclass(frozen=True)
@@ -55,22 +59,23 @@ class Study:
         """A fit's posterior, once its stage is done."""
         return Posterior.load(self.posterior_path(name))
 
-    def inputs(self, runs: tuple[Run, ...], **more: Any) -> dict[str, Any]:
+    def inputs(self, runs: tuple[Run, ...], layers: tuple[str, ...], **more: Any) -> dict[str, Any]:
         """What a stage depends on."""
         return {
             "runs": {run.name: run.checksum for run in runs},
             "preset": self.preset,
             "seed": self.seed,
-            "source": source_checksum(),
+            "source": source_checksum(*layers),
             "versions": {name: version(name) for name in LIBRARIES},
             **more,
         }
 
 
 def _fit_stage(
-    study: Study, name: str, runs: tuple[Run, ...], friction: Friction, given: str | None
+    study: Study, name: str, runs: tuple[Run, ...], friction: Friction, given: Stage | None
 ) -> Stage:
-    inputs = study.inputs(runs, friction=friction, given=given)
+    earlier = None if given is None else fingerprint(given.inputs)
+    inputs = study.inputs(runs, FIT_LAYERS, friction=friction, given=earlier)
 
     def make() -> None:
         with study.progress(name) as report:
@@ -78,7 +83,7 @@ def _fit_stage(
                 runs,
                 friction,
                 effort=EFFORTS[study.preset],
-                given=None if given is None else study.posterior(given),
+                given=None if given is None else study.posterior(given.name),
                 seed=study.seed,
                 report=report,
             )
@@ -91,15 +96,16 @@ def stages(study: Study) -> Iterator[Stage]:
     """All stages, in an order in which each finds what it needs."""
     springs = study.of_protocol("spring")
     staircases = study.of_protocol("staircase")
-    yield _fit_stage(study, "fixture-coulomb", springs, "coulomb", None)
+    fixture = _fit_stage(study, "fixture-coulomb", springs, "coulomb", None)
+    yield fixture
     yield _fit_stage(study, "fixture-linear", springs, "linear", None)
-    yield _fit_stage(study, "muscle", staircases, "coulomb", "fixture-coulomb")
+    yield _fit_stage(study, "muscle", staircases, "coulomb", fixture)
     from muscle_bayes.study.report import write_report
 
     yield Stage(
         "report",
         study.out / "summary.md",
-        study.inputs(study.runs),
+        study.inputs(study.runs, (*FIT_LAYERS, "criticism", "report", "study")),
         lambda: write_report(study),
     )
 

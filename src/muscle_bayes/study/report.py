@@ -8,10 +8,14 @@ from muscle_bayes.criticism.compare import compare
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
 from muscle_bayes.inference.identifiability import identify
-from muscle_bayes.inference.posterior import predict_runs
+from muscle_bayes.inference.posterior import predict_from_prior, predict_runs
 from muscle_bayes.inference.summary import summarise
 from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
+from muscle_bayes.report.predictive_figures import (
+    drift_figure,
+    predictive_figure,
+    prior_predictive_figure,
+)
 from muscle_bayes.report.style import save
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
@@ -37,8 +41,12 @@ def _numbers(study: "Study") -> Numbers:
     save(posterior_figure(coulomb, TABLE_1["coulomb"], "fixture"), figures / "fixture.png")
     save(posterior_figure(muscle, TABLE_2, "muscle"), figures / "muscle.png")
     origin = {run.name: run.metadata.origin for run in study.runs}
-    checks, drifts = {}, {}
     staircases, sawtooths = study.of_protocol("staircase"), study.of_protocol("sawtooth")
+    for name, runs in (("fixture", study.of_protocol("spring")), ("muscle", staircases)):
+        prior = predict_from_prior(runs[:2], seed=study.seed)
+        figure = prior_predictive_figure(prior, origin[runs[0].name])
+        save(figure, figures / f"prior-{name}.png")
+    checks, drifts = {}, {}
     for runs, source in ((study.of_protocol("spring"), coulomb), (staircases + sawtooths, muscle)):
         for prediction in predict_runs(source, runs, seed=study.seed) if runs else ():
             check = check_run(prediction)
@@ -106,11 +114,33 @@ def _check_table(numbers: Numbers) -> list[str]:
 
 
 def _drift_lines(numbers: Numbers) -> list[str]:
-    lines = []
+    lines: list[str] = []
     for name, found in numbers["drift"].items():
-        lines += [f"```json\n{json.dumps({name: found.get('overall', found)}, indent=1)}\n```", ""]
-        lines += [f"![Drift of {name}](figures/{name}-drift.png)", ""]
+        unit, overall = found["unit"], found["slope_difference"]
+        if overall is None:
+            lines += [f"{name}: {found['reason']}", ""]
+            continue
+        lines += [
+            f"{name}, measured minus predicted slope while cold: {overall['mean']:+.3g} "
+            f"[{overall['q05']:+.3g}, {overall['q95']:+.3g}] {unit}/min (90 % interval).",
+            "",
+            f"| from [s] | to [s] | load [kg] | measured [{unit}/min] | predicted "
+            f"| difference, 90 % | shift, measured - predicted [{unit}], 90 % |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        for phase in found["phases"]:
+            slope, shift = phase["slope"], phase["shift"]
+            lines.append(
+                f"| {phase['start']:.0f} | {phase['end']:.0f} | {phase['load']:.3g} "
+                f"| {slope['measured']:.3g} | {slope['predicted']['mean']:.3g} "
+                f"| {_interval(slope['difference'])} | {_interval(shift['difference'])} |"
+            )
+        lines += ["", f"![Drift of {name}](figures/{name}-drift.png)", ""]
     return lines
+
+
+def _interval(estimate: Numbers) -> str:
+    return f"{estimate['mean']:+.3g} [{estimate['q05']:+.3g}, {estimate['q95']:+.3g}]"
 
 
 def _page(numbers: Numbers) -> str:
@@ -162,6 +192,12 @@ def _page(numbers: Numbers) -> str:
         *_check_table(numbers),
         "",
         *(f"![{name}](figures/{name}.png)\n" for name in numbers["checks"]),
+        "## What the priors alone allow",
+        "",
+        "![Prior predictive, spring](figures/prior-fixture.png)",
+        "",
+        "![Prior predictive, staircase](figures/prior-muscle.png)",
+        "",
         "## Drift of HYST at room temperature, held-out sawtooth",
         "",
         *_drift_lines(numbers),

@@ -14,12 +14,12 @@ def fingerprint(inputs: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def source_checksum() -> str:
-    """SHA-256 over the package's own source, so that changed code runs again."""
+def source_checksum(*layers: str) -> str:
+    """SHA-256 over the source of these layers, so that what changed code made is made again."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
-    for path in sorted(root.rglob("*.py")):
-        if "cli" not in path.relative_to(root).parts:
+    for layer in layers:
+        for path in sorted((root / layer).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()
 
