@@ -343,42 +343,53 @@ def predict_runs(
     told by its first SETTLING_SHARE, and the rest is predicted ahead. Raises MuscleBayesError if the
     runs need parameters that the posterior lacks.
     """
-    problem = pose(runs, posterior.friction, posterior.effects)
-    group = posterior.tree["posterior"].to_dataset()
-    names = json.loads(posterior.tree.attrs["sampled"])
-    thinned = thin({name: group[name].to_numpy() for name in names}, draws)
-    known: dict[str, Any] = {}
-    missing = []
-    for name, shape in problem.layout.shapes:
-        if not shape and name in thinned:
-            known[name] = thinned[name]
-        elif not shape:
-            missing.append(name)
-    if missing:
+    seen = set(json.loads(posterior.tree.attrs["runs"]))
+    found: dict[str, Prediction] = {}
+    for known in (True, False):
+        part = [run for run in runs if (run.name in seen) == known]
+        if part:
+            for one in _predict_part(posterior, part, known, draws, seed):
+                found[one.run] = one
+    return [found[run.name] for run in runs]
+
+
+def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, Any]) -> Any:
+    """Draws of what the problem shares with the posterior: everything that is no run's own."""
+    shared = [name for name, shape in problem.layout.shapes if not shape]
+    if missing := [name for name in shared if name not in thinned]:
         raise MuscleBayesError(
             f"the posterior has no {', '.join(missing)}, which these runs need; "
             "fit runs of their kind as well"
         )
+    values = {name: thinned[name] for name in shared}
     scale = posterior.tree.attrs["base_length"] / float(problem.data.base_length)
-    if "modulus" in known and not np.isclose(scale, 1.0):
+    if "modulus" in values and not np.isclose(scale, 1.0):
         # K in N/m is the material's number that is carried over; stiffness per strain is K L_base.
-        known |= {key: known[key] / scale for key in ("modulus", "stiffness_hyst")}
-    filled = settled_starts(problem, starts_of_new_runs(problem, known, seed + 1), seed + 2)
-    fitted: set[str] = set()
+        values |= {key: values[key] / scale for key in ("modulus", "stiffness_hyst")}
+    return values
+
+
+def _predict_part(
+    posterior: Posterior, runs: Sequence[Run], known: bool, draws: int, seed: int
+) -> list[Prediction]:
+    problem = pose(runs, posterior.friction, posterior.effects)
+    group = posterior.tree["posterior"].to_dataset()
+    names = json.loads(posterior.tree.attrs["sampled"])
+    thinned = thin({name: group[name].to_numpy() for name in names}, draws)
+    values = _shared_values(posterior, problem, thinned)
+    if not known:
+        filled = starts_of_new_runs(problem, values, seed + 1)
+        settled = settled_starts(problem, filled, seed + 2)
+        share = {run.name: SETTLING_SHARE * run.duration for run in runs}
+        predictions = predict(problem, settled, seed)
+        return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
-        if shape and name in thinned:
+        if shape:
             regime = name.split(".")[0]
-            names_there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
-            for position, run in enumerate(problem.site_runs[regime]):
-                if run in names_there:
-                    fitted.add(run)
-                    own = thinned[name][:, names_there.index(run)]
-                    filled[name] = filled[name].at[:, position].set(own)
-    durations = {run.name: run.duration for run in problem.runs}
-    return [
-        one if one.run in fitted else one._replace(ahead_from=SETTLING_SHARE * durations[one.run])
-        for one in predict(problem, filled, seed)
-    ]
+            there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
+            chosen = [there.index(run) for run in problem.site_runs[regime]]
+            values[name] = thinned[name][:, jnp.asarray(chosen)]
+    return predict(problem, values, seed)
 
 
 @double_precision

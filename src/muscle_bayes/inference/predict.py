@@ -241,8 +241,12 @@ def _settled(keys, draws: dict[str, Array], layout: Layout, data: Data, own: tup
     def one(argument):
         key, values = argument
         start, restore = ravel_pytree(to_free(values))
-        spread, _ = ravel_pytree({k: data.priors[k].scale for k in own})
-        centre, _ = ravel_pytree({k: data.priors[k].loc for k in own})
+        spread, _ = ravel_pytree(
+            {k: jnp.broadcast_to(data.priors[k].scale, values[k].shape) for k in own}
+        )
+        centre, _ = ravel_pytree(
+            {k: jnp.broadcast_to(data.priors[k].loc, values[k].shape) for k in own}
+        )
 
         def errors(free: Array) -> Array:
             fits = lane_fits({**values, **from_free(restore(free))}, layout, data)

@@ -83,8 +83,10 @@ def _at_nodes(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.nda
     fresh = np.r_[True, np.diff(values) != 0.0]
     last_fresh = time[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))]
     fresh |= time - last_fresh > LONGEST_HOLD
+    # The meter changed its value somewhere between this row and the one before.
+    measured = 0.5 * (time + np.r_[time[0], time[:-1]])
     offsets = np.linspace(-1.0, 1.0, 41) * THERMOMETER_WINDOW
-    return np.interp(nodes[:, None] + offsets, time[fresh], values[fresh]).mean(axis=1)
+    return np.interp(nodes[:, None] + offsets, measured[fresh], values[fresh]).mean(axis=1)
 
 
 def _observations(
