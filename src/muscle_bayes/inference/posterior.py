@@ -25,8 +25,8 @@ from muscle_bayes.inference.predict import (
     SETTLING_SHARE,
     Prediction,
     predict,
+    resting_starts,
     settled_starts,
-    starts_of_new_runs,
 )
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Problem, pose
@@ -378,8 +378,7 @@ def _predict_part(
     thinned = thin({name: group[name].to_numpy() for name in names}, draws)
     values = _shared_values(posterior, problem, thinned)
     if not known:
-        filled = starts_of_new_runs(problem, values, seed + 1)
-        settled = settled_starts(problem, filled, seed + 2)
+        settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
         share = {run.name: SETTLING_SHARE * run.duration for run in runs}
         predictions = predict(problem, settled, seed)
         return [one._replace(ahead_from=share[one.run]) for one in predictions]

@@ -41,7 +41,7 @@ class Prediction(NamedTuple):
     model: Float[np.ndarray, "draw interval"]
     """Reading that the model gives: uncertainty of the parameters only."""
     reading: Float[np.ndarray, "draw interval"]
-    """Reading with discrepancy, noise and rounding added: what would be logged."""
+    """Reading with discrepancy, noise and the variance of rounding added: what would be logged."""
     hyst: Float[np.ndarray, "draw interval"]
     """sigma_hyst of side A."""
     temperature: Float[np.ndarray, " interval"]
@@ -135,15 +135,15 @@ def _joined(problem: Problem, index: int, pieces: list[dict[str, np.ndarray]]) -
     )
 
 
-def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array, friction: Array):
-    """sigma_hyst of side A's muscle with which forces other than `friction` balance at rest.
+def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
+    """sigma_hyst of side A's muscle with which it balances the load without friction.
 
     The MODULUS spring is taken in its linear range, where a taut muscle is.
     """
     muscle = plant.side_a
-    assert isinstance(muscle, Muscle)
+    assert isinstance(muscle, Muscle), "a slow run has its muscle on side A"
     lever = muscle.linkage.lever(q)
-    tension = (load * GRAVITY * plant.load_lever + friction) / lever
+    tension = load * GRAVITY * plant.load_lever / lever
     parameters = muscle.parameters
     room = muscle.room_temperature
     effective = room + muscle.heated_fraction * (temperature - room)
@@ -151,56 +151,50 @@ def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array, frict
     return muscle.strain(q) - parameters.offset(effective) - stretch
 
 
-def starts_of_new_runs(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
-    """The problem's own unknowns for runs that were not fitted, drawn for each posterior draw.
+def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
+    """A first guess of the problem's own unknowns for runs that were not fitted, for each draw.
 
-    Zero, first reading and first speed come from their priors, which the first rows inform. HYST's
-    first strain is what lets the rotor rest at the first reading, dry friction anywhere in
-    [-D, D]: the first row of a run that begins at rest says no more. `settled_starts` goes on
-    from here.
+    Zero, first reading and first speed at the centre of their priors, which the first rows inform;
+    HYST's first strain such that the rotor rests at the first reading without any friction, if
+    side A has the muscle.
     """
     count = len(next(iter(draws.values())))
-    keys = iter(jax.random.split(jax.random.key(seed), 16))
     result = dict(draws)
     for name, shape in problem.layout.shapes:
         if name not in result:
-            result[name] = (
-                problem.data.priors[name].sample(next(keys), (count,)).reshape(count, *shape)
-            )
+            centre = problem.data.priors[name].loc
+            if isinstance(problem.data.priors[name], dist.LogNormal):
+                centre = jnp.exp(centre)
+            result[name] = jnp.broadcast_to(centre, (count, *shape))
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
-        if f"{regime}.hyst_tension" not in problem.data.priors:
-            continue
-        pull = jax.random.uniform(next(keys), (count, lanes.run.size), minval=-1.0, maxval=1.0)
-        held = jax.vmap(partial(_resting_tension, problem=problem, lanes=lanes, regime=regime))(
-            {name: result[name] for name, _ in problem.layout.shapes}, pull
-        )
-        result[f"{regime}.hyst_tension"] = (
-            result[f"{regime}.hyst_tension"].at[:, lanes.run].set(held)
-        )
+        name = f"{regime}.hyst_tension"
+        if name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
+            rest = partial(_resting_tension, problem=problem, lanes=lanes, regime=regime)
+            held = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
+            result[name] = result[name].at[:, lanes.run].set(held)
     return result
 
 
-def _resting_tension(values, pull, *, problem: Problem, lanes: Lanes, regime: str):
+def _resting_tension(values, *, problem: Problem, lanes: Lanes, regime: str):
     """Force [N] that HYST's spring holds in every lane at the first row."""
     physical = physical_of(values, problem.layout, problem.data)
     start = values[f"{regime}.start"]
     zero = values.get(f"{regime}.zero", jnp.zeros_like(start))
 
-    def one(lane: Lanes, share: Array) -> Array:
+    def one(lane: Lanes) -> Array:
         plant = plant_of(lane.plant, physical, problem.layout)
         q = lane.scale * (start[lane.run] - zero[lane.run])
-        friction = share * plant.friction.dry
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
-        hyst = _resting_hyst(plant, q, *drive, friction)
+        hyst = _resting_hyst(plant, q, *drive)
         held = values["stiffness_hyst"] * hyst + values["F_hyst_min"]
         return jnp.maximum(held, 1e-3 * values["F_hyst_min"])
 
-    return jax.vmap(one)(lanes, pull)
+    return jax.vmap(one)(lanes)
 
 
 SETTLING_SHARE = 0.15
 """Share of an unfitted run that tells its own unknowns; the rest is predicted."""
-SETTLING_STEPS = 8
+SETTLING_STEPS = 12
 
 
 def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
@@ -257,7 +251,7 @@ def _settled(keys, draws: dict[str, Array], layout: Layout, data: Data, own: tup
             value, slope = errors(free), jax.jacfwd(errors)(free)
             move = jnp.linalg.solve(slope.T @ slope, -slope.T @ value)
             move = jnp.clip(move, -spread, spread)
-            halves = free + move * jnp.array([[1.0], [0.3], [0.0]])
+            halves = free + move * jnp.array([[1.0], [0.5], [0.2], [0.05], [0.0]])
             costs = jax.vmap(lambda at: jnp.sum(errors(at) ** 2))(halves)
             return halves[jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))]
 
