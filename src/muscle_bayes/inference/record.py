@@ -32,6 +32,8 @@ FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
+FROZEN_READINGS = 20
+"""Identical readings in a row that tell of a sensor without noise; fewer come about by chance."""
 SEGMENT = 0.25
 """Length of the segments into which a run is cut that nothing pulls back, s: short, so that the
 forces of each moment count and not the position error that accumulates."""
@@ -95,8 +97,8 @@ def _observations(
     """Mean time, mean reading, weight and quantisation variance of each interval's readings.
 
     Readings that never change share one quantisation error, however many there are. So a mean of
-    identical readings keeps the error of a single one, and of a stretch of such intervals with the
-    same reading only the middle one counts.
+    identical readings keeps the error of a single one, and of a stretch of FROZEN_READINGS or more
+    only the middle interval counts.
     """
     time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
     inside = (owner >= 0) & (owner < size)
@@ -110,7 +112,7 @@ def _observations(
         value = np.where(frozen, low, np.arange(size) + np.nan)
         stretch = np.cumsum(np.r_[True, ~(value[1:] == value[:-1])])
         for _, members in pd.Series(np.arange(size)).groupby(stretch):
-            if frozen[members.iloc[0]] and len(members) > 1:
+            if frozen[members.iloc[0]] and weight[members].sum() >= FROZEN_READINGS:
                 keep = members.iloc[len(members) // 2]
                 weight[members[members != keep]] = 0.0
     return mean_time, np.where(weight > 0, mean, 0.0), weight, coarse
