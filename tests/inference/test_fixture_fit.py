@@ -31,17 +31,26 @@ def test_truth_lies_within_four_standard_deviations(fitted: Posterior) -> None:
 
 
 def test_readings_lie_in_their_predictive_intervals(fitted: Posterior) -> None:
-    for run in summarise(fitted)["runs"].values():
+    runs = summarise(fitted)["runs"]
+    for run in runs.values():
         assert run["unit"] == "counts"
         assert 0.4 < run["rmse"] < 0.7
-        assert 0.82 < run["coverage90"] < 0.98
+    shares = [run["coverage90"] for run in runs.values()]
+    readings = sum(fitted.tree["observed_data"][name].size for name in runs)
+    spread = np.sqrt(0.9 * 0.1 / readings)
+    assert abs(np.mean(shares) - 0.9) < 4.0 * spread
 
 
 def test_saved_posterior_comes_back(fitted: Posterior, tmp_path: Path) -> None:
     fitted.save(tmp_path / "p.nc")
     again = Posterior.load(tmp_path / "p.nc")
     assert again.parameters == ("J", "D")
-    assert summarise(again) == summarise(fitted)
+    before, after = summarise(fitted), summarise(again)
+    for name, row in before["parameters"].items():
+        assert after["parameters"][name] == pytest.approx(row, rel=1e-9)
+    for name, row in before["runs"].items():
+        assert after["runs"][name]["rmse"] == pytest.approx(row["rmse"], rel=1e-9)
+    assert after["checksums"] == before["checksums"]
     groups = {"posterior", "prior", "sample_stats", "posterior_predictive", "log_likelihood"}
     assert groups | {"observed_data", "constant_data"} == set(again.tree.children)
     assert json.loads(again.tree.attrs["runs"]).keys() == {path.stem for path in SPRINGS}
