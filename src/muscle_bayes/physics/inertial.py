@@ -77,6 +77,7 @@ def fast_step(
     """One interval: slip to its end or to the reversal of speed; from there slip back or stick.
 
     Fourth order in the interval's length, through one reversal; the drive must be smooth inside.
+    Breaking away from rest waits for the next node, which is second order where heat causes it.
     """
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
