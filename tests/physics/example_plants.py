@@ -66,7 +66,7 @@ def muscle_plant(inertia=J, dry=D, stops=STOPS, **changes) -> Plant:
     return plant(muscle(**changes), inertia=inertia, friction=friction, stops=stops)
 
 
-def schedule(time, temperature=ROOM, load=0.0, applied=0.0) -> Schedule:
+def schedule(time, temperature=ROOM, load=0.0, applied=0.0, braking=0.0) -> Schedule:
     """A schedule from functions of time, or constants; both sides have the same temperature."""
     time = np.asarray(time, dtype=float)
     middle = 0.5 * (time[1:] + time[:-1])
@@ -80,6 +80,7 @@ def schedule(time, temperature=ROOM, load=0.0, applied=0.0) -> Schedule:
         jnp.asarray(np.stack([heat, heat], axis=1)),
         jnp.asarray(sampled(load, middle)),
         jnp.asarray(sampled(applied, middle)),
+        jnp.asarray(np.stack([sampled(braking, time)] * 2, axis=1)),
     )
 
 

@@ -64,6 +64,7 @@ def padded(driven: Schedule, at: int, extra: int) -> Schedule:
         nodes(driven.temperature),
         intervals(driven.load, 0.4),
         intervals(driven.applied, -0.1),
+        nodes(driven.braking),
     )
 
 

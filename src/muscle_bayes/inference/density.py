@@ -1,12 +1,12 @@
 """Log posterior density of a problem, on an unconstrained vector, as a pure function of the data."""
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 from numpyro.distributions import biject_to
 
@@ -34,8 +34,8 @@ def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
 class Physical(NamedTuple):
     """What the plant of every lane shares."""
 
-    inertia: Array | None
-    """J; None where no run shows it."""
+    inertia: Array
+    """J."""
     friction: Array
     """D."""
     muscle: MuscleParameters | None
@@ -49,14 +49,13 @@ def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
         {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
         for name in layout.effects
     )
-    return Physical(values.get("J"), values["D"], muscle_of(values, data), effects)
+    return Physical(values["J"], values["D"], muscle_of(values, data), effects)
 
 
 def plant_of(rig: Plant, physical: Physical, layout: Layout) -> Plant:
     """A rig with its parameters filled in and the layout's effects added."""
     friction = FRICTION_LAWS[layout.friction](physical.friction)
-    inertia = jnp.zeros(()) if physical.inertia is None else physical.inertia
-    plant = with_parameters(rig, inertia, friction, physical.muscle)
+    plant = with_parameters(rig, physical.inertia, friction, physical.muscle)
     for name, parameters in zip(layout.effects, physical.effects, strict=True):
         plant = plant + effect_type(name)(**parameters)
     return plant
@@ -131,18 +130,21 @@ class Prediction(NamedTuple):
 
     reading: Float[Array, " interval"]
     """Readings above the reading at q = 0."""
-    reach: Float[Array, "interval 2"]
-    """Change of the readings per prior standard deviation of a segment's start; else zero."""
+    reach: Float[Array, "interval 2"] | None
+    """Change of the readings per prior standard deviation of a segment's start; None if its start is known."""
     finite: Float[Array, ""]
     """1 if the solve succeeded, else 0."""
 
 
-def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool) -> Prediction:
-    """Prediction of one lane, differentiable in any mode."""
-    vector, restore = ravel_pytree(inputs)
+@lru_cache(maxsize=64)
+def _predictor(layout: Layout, regime: str, cut: bool, structure: Any) -> Callable:
+    """Prediction of one lane from the leaves of its Inputs, differentiable in any mode.
 
-    def predict(vector: Array, lane: Lanes) -> Prediction:
-        physical, origin = restore(vector)
+    One function object per layout: JAX then traces a simulation once, however often it is used.
+    """
+
+    def predict(leaves: Array, lane: Lanes) -> Prediction:
+        physical, origin = jax.tree.unflatten(structure, list(leaves))
 
         def at(q, speed) -> tuple[Array, Array]:
             moved = Inputs(physical, origin._replace(q=q, speed=speed))
@@ -151,7 +153,7 @@ def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool
 
         reading, finite = at(origin.q, origin.speed)
         if not cut:
-            return Prediction(reading, jnp.zeros((reading.size, 2)), finite * 1.0)
+            return Prediction(reading, None, finite * 1.0)
 
         def along(direction: Array) -> Array:
             return jax.jvp(lambda *x: at(*x)[0], (origin.q, origin.speed), tuple(direction))[1]
@@ -159,16 +161,24 @@ def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool
         reach = jax.vmap(along, out_axes=1)(jnp.diag(lane.start_spread * lane.scale))
         return Prediction(reading, reach, finite * 1.0)
 
-    return with_forward_jacobian(predict)(vector, lane)
+    return jax.jit(with_forward_jacobian(predict))
+
+
+def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool) -> Prediction:
+    """Prediction of one lane, differentiable in any mode."""
+    leaves, structure = jax.tree.flatten(inputs)
+    return _predictor(layout, regime, cut, structure)(jnp.stack(leaves), lane)
 
 
 def rms_by_regime(values: Values, layout: Layout, data: Data) -> dict[str, Array]:
     """Root mean square of reading minus model over all readings of each regime [log's unit]."""
     squares: dict[str, Array] = {}
     counts: dict[str, Array] = {}
-    parts = zip(responses(values, layout, data), data.lanes, layout.regimes, strict=True)
-    for response, lanes, regime in parts:
-        residual = _guarded(lanes.reading - response.sensed) * (lanes.weight > 0)
+    predicted = predictions(values, layout, data)
+    groups = zip(predicted, data.lanes, layout.regimes, layout.segmented, strict=True)
+    for prediction, lanes, regime, cut in groups:
+        zero = _zeros(values, lanes, regime, cut)[:, None]
+        residual = _guarded(lanes.reading - zero - prediction.reading) * (lanes.weight > 0)
         squares[regime] = squares.get(regime, 0.0) + jnp.sum(residual**2)
         counts[regime] = counts.get(regime, 0.0) + jnp.sum(lanes.weight > 0)
     return {regime: jnp.sqrt(squares[regime] / counts[regime]) + 1e-12 for regime in squares}
@@ -222,20 +232,38 @@ def _explain(
     return LaneFit(log_density, z, prediction.finite > 0.5)
 
 
-def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
-    """How every lane is explained, one entry a group, each with a leading lane axis."""
+def predictions(values: Values, layout: Layout, data: Data) -> list[Prediction]:
+    """Predictions of every lane, one entry a group; they do not depend on the noise parameters."""
     result = []
     physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+
+        def one(lane, origin, regime=regime, cut=cut):
+            return _predict(Inputs(physical, origin), lane, layout, regime, cut)
+
+        result.append(jax.vmap(one)(lanes, _origins(values, lanes, regime, cut)))
+    return result
+
+
+def explained(
+    predicted: list[Prediction], values: Values, layout: Layout, data: Data
+) -> list[LaneFit]:
+    """How predictions explain the readings under the values' zeros and noise, one entry a group."""
+    result = []
+    groups = zip(predicted, data.lanes, layout.regimes, layout.segmented, strict=True)
+    for prediction, lanes, regime, cut in groups:
         noise = noise_of(values, regime)
 
-        def one(lane, origin, zero, regime=regime, noise=noise, cut=cut):
-            prediction = _predict(Inputs(physical, origin), lane, layout, regime, cut)
+        def one(lane, zero, prediction, noise=noise, cut=cut):
             return _explain(lane, zero, prediction, noise, cut)
 
-        origins = _origins(values, lanes, regime, cut)
-        result.append(jax.vmap(one)(lanes, origins, _zeros(values, lanes, regime, cut)))
+        result.append(jax.vmap(one)(lanes, _zeros(values, lanes, regime, cut), prediction))
     return result
+
+
+def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
+    """How every lane is explained, one entry a group, each with a leading lane axis."""
+    return explained(predictions(values, layout, data), values, layout, data)
 
 
 def constrain(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
@@ -272,18 +300,30 @@ def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[A
     return total
 
 
-def log_likelihood(values: Values, layout: Layout, data: Data) -> Float[Array, ""]:
-    """Log likelihood; -inf where a solve failed."""
-    fits = lane_fits(values, layout, data)
+def _total(fits: list[LaneFit]) -> Float[Array, ""]:
+    """Log likelihood of all lanes; -inf where a solve failed."""
     total = sum(fit.log_density.sum() for fit in fits)
     finite = jnp.stack([fit.finite.all() for fit in fits]).all()
     return jnp.where(finite & jnp.isfinite(total), total, -jnp.inf)
+
+
+def log_likelihood(values: Values, layout: Layout, data: Data) -> Float[Array, ""]:
+    """Log likelihood; -inf where a solve failed."""
+    return _total(lane_fits(values, layout, data))
 
 
 def potential(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
     """Negative log posterior density of the unconstrained vector."""
     likelihood = log_likelihood(constrain(vector, layout, data), layout, data)
     return -(log_prior(vector, layout, data) + likelihood)
+
+
+def potential_given(
+    predicted: list[Prediction], vector: Float[Array, " n"], layout: Layout, data: Data
+) -> Float[Array, ""]:
+    """`potential` where the predictions at the vector are known: no solve, for noise alone to vary."""
+    fits = explained(predicted, constrain(vector, layout, data), layout, data)
+    return -(log_prior(vector, layout, data) + _total(fits))
 
 
 def standardised_errors(vector: Float[Array, " n"], layout: Layout, data: Data) -> Array:

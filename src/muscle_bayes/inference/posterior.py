@@ -3,6 +3,7 @@
 import json
 import platform
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -30,7 +31,7 @@ from muscle_bayes.inference.predict import (
 )
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.sampler import Draws, draw
+from muscle_bayes.inference.sampler import Draws, compile_for, draw
 
 MAX_RHAT = 1.01
 MIN_ESS = 400
@@ -44,12 +45,12 @@ class Effort:
     """How long to sample."""
 
     chains: int = 4
-    warmup: int = 300
-    draws: int = 500
+    warmup: int = 200
+    draws: int = 1000
     min_ess: int = MIN_ESS
 
 
-QUICK = Effort(chains=4, warmup=150, draws=150, min_ess=200)
+QUICK = Effort(chains=4, warmup=100, draws=300, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 
@@ -212,7 +213,10 @@ def fit(
         done += count
         report("sampling", done, total)
 
-    mode = find_mode(keys[0], problem.layout, problem.data, searched)
+    with ThreadPoolExecutor(1) as pool:
+        ready = pool.submit(compile_for, problem.layout, problem.data, effort.warmup)
+        mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        ready.result()
     drawn = draw(
         keys[1],
         mode,

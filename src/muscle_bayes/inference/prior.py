@@ -8,7 +8,7 @@ import numpy as np
 import numpyro.distributions as dist
 from jaxtyping import Array
 
-from muscle_bayes.conventions import STRAIN_EPSILON, Friction
+from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.record import Record
 from muscle_bayes.inference.rig import driving_force, has_muscle, tension_lever
@@ -42,18 +42,16 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
     return Scales(force, max(float(max(speeds)), 1e-9), tension)
 
 
-def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales, fast: bool) -> dict:
-    """J where inertia shows, and D.
+def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:
+    """J and D.
 
-    J spans four decades around a hand-sized rotor (or a carriage of 10 kg); dry friction is some
-    share of what drives the rotor, or linear friction some share of that per unit of speed.
+    J spans four decades around a hand-sized rotor, or around the mass whose weight would drive a
+    carriage; dry friction is some share of what drives the rotor, or linear friction some share of
+    that per unit of speed. Slow runs show J only by how far the rotor overshoots its rest.
     """
     linear = any(run.metadata.fixture.motion == "linear" for run in runs)
-    sites = {}
-    if fast:
-        unit = "kg" if linear else "kg m^2"
-        middle = 10.0 if linear else 3e-3
-        sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
+    unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)
+    sites = {"J": Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")}
     if friction == "coulomb":
         unit, middle = ("N" if linear else "N m"), 0.05 * size.force
         meaning = "dry friction"

@@ -170,16 +170,14 @@ def pose(
 ) -> Problem:
     """The problem of estimating what these runs can tell.
 
-    Which parameters are unknown follows from the runs: J if any run shows inertia, D always, the
-    muscle's nine if any run has a muscle, each effect's own, each run's own, each regime's noise.
+    Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run has a muscle, each effect's own, each run's own, each regime's noise.
     `given` replaces the priors of named parameters by what earlier runs told of them.
     Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
     """
     _check(runs, effects)
     records = [record_of(run) for run in runs]
     size = prior.scales(runs, records)
-    fast = any(not is_slow(run) for run in runs)
-    sites = prior.fixture_sites(runs, friction, size, fast)
+    sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
         sites |= prior.muscle_sites(size)
     sites |= prior.effect_sites(effects, size)

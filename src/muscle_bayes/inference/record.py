@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle, restores
+from muscle_bayes.inference.thermometer import braking, course
 from muscle_bayes.physics.schedule import Schedule
 
 SLOW_INTERVALS = 1000
@@ -18,16 +19,10 @@ TEMPERATURE_TOLERANCE = 0.02
 """Error of temperature between nodes that the intervals of a slow run aim at, C."""
 SLOW_LONGEST = 4.0
 """Longest interval of a slow run, s."""
-SLOW_SHORTEST = 0.5
+SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
-CURVATURE_SPAN = 2.0
-"""Temperatures this far apart tell how temperature bends, s."""
-READINGS_PER_INTERVAL = 4
-"""Fewest readings that an interval of a slow run averages."""
-THERMOMETER_WINDOW = 0.1
-"""Temperatures are averaged over this long before and after a node, s."""
-LONGEST_HOLD = 0.6
-"""A temperature that stays the same for longer is not held by the meter but steady, s."""
+CURVATURE_SPAN = 0.5
+"""Instants this far apart tell how temperature bends, s."""
 FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
@@ -74,23 +69,6 @@ def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
     return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
 
 
-def _at_nodes(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Temperature at each node, averaged over THERMOMETER_WINDOW around it.
-
-    A meter repeats its value between updates, so only rows with a new value tell when it was
-    measured: between those, temperature is taken as linear. Averaging the repeats instead would
-    make the log lag by half an update. A longer window would cut the peaks at which friction makes
-    the rotor turn back.
-    """
-    fresh = np.r_[True, np.diff(values) != 0.0]
-    last_fresh = time[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))]
-    fresh |= time - last_fresh > LONGEST_HOLD
-    # The meter changed its value somewhere between this row and the one before.
-    measured = 0.5 * (time + np.r_[time[0], time[:-1]])
-    offsets = np.linspace(-1.0, 1.0, 41) * THERMOMETER_WINDOW
-    return np.interp(nodes[:, None] + offsets, measured[fresh], values[fresh]).mean(axis=1)
-
-
 def _observations(
     run: Run, owner: np.ndarray, size: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -133,14 +111,13 @@ def _slow_nodes(run: Run) -> np.ndarray:
     or ends, where friction makes the rotor turn back, and are sparse while the muscle cools.
     """
     time = run.table["time"].to_numpy()
-    shortest = max(SLOW_SHORTEST, READINGS_PER_INTERVAL * float(np.median(np.diff(time))))
-    even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / (0.5 * CURVATURE_SPAN))) + 1)
+    shortest = max(SLOW_SHORTEST, float(np.median(np.diff(time))))
+    even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / CURVATURE_SPAN)) + 1)
     bend = np.zeros(even.size)
     for side in "ab":
-        curve = _at_nodes(time, run.table[f"temperature_{side}"].to_numpy(), even)
+        second = course(time, run.table[f"temperature_{side}"].to_numpy(), even).curvature
         # A bend is felt before and after the point at which it is measured.
-        second = np.abs(np.diff(curve, 2, prepend=curve[0], append=curve[-1]))
-        bend = np.maximum(bend, maximum_filter1d(second / (even[1] - even[0]) ** 2, 3))
+        bend = np.maximum(bend, maximum_filter1d(np.abs(second), 5))
     wanted = np.sqrt(8.0 * TEMPERATURE_TOLERANCE / np.maximum(bend, 1e-12))
     per_second = 1.0 / np.clip(wanted, shortest, SLOW_LONGEST)
     count = np.concatenate([[0.0], np.cumsum(0.5 * (per_second[1:] + per_second[:-1]))])
@@ -157,15 +134,15 @@ def slow_record(run: Run) -> Record:
     nodes = np.unique(np.concatenate([nodes, jumps]))
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
-    temperature = np.stack(
-        [_at_nodes(time, run.table[f"temperature_{side}"].to_numpy(), nodes) for side in "ab"], 1
-    )
+    logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
+    temperature = np.stack([course(time, one, nodes).value for one in logged], 1)
+    slowing = np.stack([braking(time, one, nodes) for one in logged], 1)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     applied = _means(run.table["applied"].to_numpy(), owner, size)
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
-    schedule = Schedule(nodes, temperature, load, applied)
+    schedule = Schedule(nodes, temperature, load, applied, slowing)
     where = np.where(np.isfinite(mean_time), mean_time, middles)
     first, slope = _start(run)
     return Record(schedule, where, mean, weight, coarse, first, slope)
@@ -197,7 +174,7 @@ def fast_record(run: Run) -> Record:
     temperature = np.stack(
         [np.interp(nodes, time, run.table[f"temperature_{side}"]) for side in "ab"], 1
     )
-    schedule = Schedule(nodes, temperature, load, force)
+    schedule = Schedule(nodes, temperature, load, force, np.zeros_like(temperature))
     first, slope = _start(run)
     return Record(
         schedule,
@@ -225,6 +202,7 @@ def segments(run: Run, record: Record) -> list[Record]:
             record.schedule.temperature[around],
             record.schedule.load[steps],
             record.schedule.applied[steps],
+            record.schedule.braking[around],
         )
         time, reading = record.time[steps], record.reading[steps]
         near = slice(0, min(time.size, 8))

@@ -1,8 +1,8 @@
-"""Draws from a posterior: NumPyro's NUTS on whitened coordinates, chains side by side."""
+"""Draws from a posterior: NumPyro's NUTS on whitened coordinates within a Gibbs sampler."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import jax
@@ -11,25 +11,36 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.infer.hmc import hmc
 
-from muscle_bayes.inference.density import potential
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.density import (
+    Prediction,
+    constrain,
+    potential,
+    potential_given,
+    predictions,
+)
+from muscle_bayes.inference.noise_moves import Proposal, adapt, disperse, move_noise
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 
 CHUNK = 50
 """Iterations between two reports of progress; an interruption waits for at most these."""
-TARGET_ACCEPTANCE = 0.85
+TARGET_ACCEPTANCE = 0.8
 MAX_TREE_DEPTH = 8
 SWEEPS = 6
-WALLED = ("F_modulus_min", "F_hyst_min")
+NOISE_SPREAD = 0.7
+"""Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
 
 
 class Whitening(NamedTuple):
-    """vector[smooth] = centre + factor @ z: given the rest, nearly a standard normal in z."""
+    """vector[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
 
     centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
     stride: Float[Array, " walled"]
     """Standard deviation of Metropolis proposals for the walled entries."""
+    noise: Proposal
+    """For the noise entries."""
 
 
 class Draws(NamedTuple):
@@ -45,70 +56,55 @@ class Draws(NamedTuple):
     log_density: np.ndarray
 
 
-def walled(layout: Layout) -> np.ndarray:
-    """Entries of the vector whose posterior ends in a wall: the springs' minimum forces.
-
-    Below the least force in the record they change nothing, above it nearly everything. Such a wall
-    throws NUTS off, so these entries are moved by Metropolis steps between NUTS steps.
-    """
-    flags = [np.full(int(np.prod(shape)), name in WALLED) for name, shape in layout.shapes]
-    return np.flatnonzero(np.concatenate(flags))
-
-
-def smooth(layout: Layout) -> np.ndarray:
-    """Entries of the vector that NUTS moves."""
-    size = sum(int(np.prod(shape)) for _, shape in layout.shapes)
-    return np.setdiff1d(np.arange(size), walled(layout))
-
-
-def whitening(mode: Mode, layout: Layout) -> Whitening:
-    """Whitening by the Fisher information at the mode, walled entries held fixed."""
-    inner, outer = smooth(layout), walled(layout)
-    covariance = np.linalg.inv(np.asarray(mode.information)[np.ix_(inner, inner)])
+def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
+    """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
+    inner, outer, noise = blocks(layout)
+    information = np.asarray(mode.information)
+    covariance = np.linalg.inv(information[np.ix_(inner, inner)])
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
-    stride = 2.4 / np.sqrt(np.diag(np.asarray(mode.information))[outer])
-    return Whitening(mode.vector, jnp.asarray(factor), jnp.asarray(stride))
+    stride = 2.4 / np.sqrt(np.diag(information)[outer])
+    spread = NOISE_SPREAD * np.ones(noise.size)
+    proposal = adapt(key, mode.vector, jnp.asarray(spread), layout, data)
+    return Whitening(mode.vector, jnp.asarray(factor), jnp.asarray(stride), proposal)
 
 
 class _ChainState(NamedTuple):
     nuts: Any
-    edge: Float[Array, " walled"]
+    rest: Float[Array, " n"]
+    """Whole vector; only its walled and noise entries count."""
     key: Array
 
 
 @lru_cache(maxsize=32)
 def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
     """Compiled start and advance of one chain; they serve every data set of the layout."""
-    inner, outer = smooth(layout), walled(layout)
+    inner, outer, _ = blocks(layout)
 
-    def vector_of(z: Array, white: Whitening, edge: Array) -> Array:
-        whole = white.centre.at[inner].add(white.factor @ z)
-        return whole.at[outer].set(edge)
+    def vector_of(z: Array, white: Whitening, rest: Array) -> Array:
+        return rest.at[inner].set(white.centre[inner] + white.factor @ z)
 
-    def density_of(white: Whitening, data: Data, edge: Array) -> Callable:
-        return lambda z: potential(vector_of(z, white, edge), layout, data)
+    def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
+        return lambda z: potential(vector_of(z, white, rest), layout, data)
 
     begin, sample = hmc(potential_fn_gen=density_of, algo="NUTS")
 
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> _ChainState:
-        key_z, key_nuts, key_edge = jax.random.split(key, 3)
-        z = jax.random.normal(key_z, (inner.size,))
-        edge = white.centre[outer]
+        key_z, key_nuts, key_noise, key_rest = jax.random.split(key, 4)
+        rest = disperse(key_noise, white.centre, white.noise, layout)
         nuts = begin(
-            z,
+            jax.random.normal(key_z, (inner.size,)),
             num_warmup=warmup,
-            dense_mass=True,
             target_accept_prob=TARGET_ACCEPTANCE,
             max_tree_depth=MAX_TREE_DEPTH,
-            model_args=(white, data, edge),
+            model_args=(white, data, rest),
             rng_key=key_nuts,
         )
-        return _ChainState(nuts, edge, key_edge)
+        return _ChainState(nuts, rest, key_rest)
 
-    def move_edges(state: _ChainState, white: Whitening, data: Data) -> _ChainState:
+    def move_walled(key: Array, nuts: Any, rest: Array, white: Whitening, data: Data) -> Array:
         """SWEEPS Metropolis proposals for each walled entry; their density needs no gradient."""
-        key, key_step, key_accept, key_reach = jax.random.split(state.key, 4)
+        key_step, key_accept, key_reach = jax.random.split(key, 3)
         count = SWEEPS * outer.size
         steps = jax.random.normal(key_step, (count,))
         # Long and short proposals: a wall near or far from here is reached by either.
@@ -117,34 +113,64 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
         entries = jnp.arange(count) % outer.size
 
         def propose(carry: tuple[Array, Array], now: Any) -> Any:
-            edge, energy = carry
+            rest, energy = carry
             entry, step, chance = now
-            trial = edge.at[entry].add(white.stride[entry] * step)
-            trial_energy = density_of(white, data, trial)(state.nuts.z)
+            trial = rest.at[jnp.asarray(outer)[entry]].add(white.stride[entry] * step)
+            trial_energy = density_of(white, data, trial)(nuts.z)
             accept = chance < energy - trial_energy
-            moved = jnp.where(accept, trial, edge), jnp.where(accept, trial_energy, energy)
+            moved = jnp.where(accept, trial, rest), jnp.where(accept, trial_energy, energy)
             return moved, None
 
-        start = state.edge, state.nuts.potential_energy
-        (edge, _), _ = jax.lax.scan(propose, start, (entries, steps, chances))
-        energy, gradient = jax.value_and_grad(density_of(white, data, edge))(state.nuts.z)
-        nuts = state.nuts._replace(potential_energy=energy, z_grad=gradient)
-        return _ChainState(nuts, edge, key)
+        first = rest, nuts.potential_energy
+        return jax.lax.scan(propose, first, (entries, steps, chances))[0][0]
 
-    @partial(jax.jit, static_argnames="count")
-    def advance(state: _ChainState, white: Whitening, data: Data, count: int) -> Any:
-        def one(state: _ChainState, _: None) -> Any:
-            nuts = sample(state.nuts, model_args=(white, data, state.edge))
-            kept = (nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy)
-            state = state._replace(nuts=nuts)
-            if outer.size:
-                state = move_edges(state, white, data)
-            vector = vector_of(state.nuts.z, white, state.edge)
-            return state, (vector, *kept, -state.nuts.potential_energy)
+    def iterate(state: _ChainState, white: Whitening, data: Data) -> tuple[_ChainState, tuple]:
+        key, key_walled, key_noise = jax.random.split(state.key, 3)
+        nuts, rest = sample(state.nuts, model_args=(white, data, state.rest)), state.rest
+        kept = (nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy)
+        if outer.size:
+            rest = move_walled(key_walled, nuts, rest, white, data)
 
-        return jax.lax.scan(one, state, None, length=count)
+        # One simulation with its derivatives serves the noise's move and the next start of NUTS.
+        def simulate(z: Array) -> list[Prediction]:
+            return predictions(constrain(vector_of(z, white, rest), layout, data), layout, data)
+
+        predicted, pull_back = jax.vjp(simulate, nuts.z)
+        vector = vector_of(nuts.z, white, rest)
+        rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
+
+        def energy_of(predicted: list[Prediction], z: Array) -> Array:
+            return potential_given(predicted, vector_of(z, white, rest), layout, data)
+
+        energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, nuts.z)
+        gradient = direct + pull_back(through)[0]
+        nuts = nuts._replace(potential_energy=energy, z_grad=gradient)
+        return _ChainState(nuts, rest, key), (vector_of(nuts.z, white, rest), *kept, -energy)
+
+    @jax.jit
+    def advance(state: _ChainState, white: Whitening, data: Data, count: Array) -> Any:
+        """`count` iterations, at most CHUNK; what lies behind them in the result is empty."""
+        shapes = jax.eval_shape(iterate, state, white, data)[1]
+        room = jax.tree.map(lambda one: jnp.zeros((CHUNK, *one.shape), one.dtype), shapes)
+
+        def one(index: Array, carry: Any) -> Any:
+            state, room = carry
+            state, out = iterate(state, white, data)
+            return state, jax.tree.map(lambda rows, row: rows.at[index].set(row), room, out)
+
+        return jax.lax.fori_loop(0, count, one, (state, room))
 
     return start, advance
+
+
+def compile_for(layout: Layout, data: Data, warmup: int) -> None:
+    """Compile what `draw` needs, so that it can be done while the mode is searched."""
+    size = sum(int(np.prod(shape)) for _, shape in layout.shapes)
+    with jax.enable_x64(True):
+        anywhere = Mode(jnp.zeros(size), 0.0, jnp.eye(size), 0)
+        white = whitening(jax.random.key(0), anywhere, layout, data)
+        start, advance = _kernel(layout, warmup)
+        advance(start(jax.random.key(0), white, data), white, data, 0)
 
 
 def draw(
@@ -163,7 +189,7 @@ def draw(
 
     `report` is told of every CHUNK of iterations that a chain has done.
     """
-    white = whitening(mode, layout)
+    white = whitening(jax.random.fold_in(key, chains), mode, layout, data)
     start, advance = _kernel(layout, warmup)
 
     def chain(index: int) -> list[np.ndarray]:
@@ -173,10 +199,9 @@ def draw(
             while done < warmup + draws:
                 count = min(CHUNK, warmup + draws - done)
                 state, out = advance(state, white, data, count)
-                out = jax.device_get(out)
+                fresh = min(count, max(0, done + count - warmup))
+                kept.append([part[count - fresh : count] for part in jax.device_get(out)])
                 done += count
-                if done > warmup:
-                    kept.append([part[-min(count, done - warmup) :] for part in out])
                 report(count)
             return [np.concatenate(parts) for parts in zip(*kept, strict=True)]
 

@@ -75,8 +75,11 @@ def slow_step(
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
     load, applied = schedule.load[index], schedule.applied[index]
+    braking = 0.5 * (schedule.braking[index] + schedule.braking[index + 1])
+    # Where temperature turns, its chord would cut the peak at which friction leaves the rotor.
+    half = 0.5 * (before + after) + braking * duration**2 / 8.0
     start, middle, end = (
-        Drive(temperature, load, applied) for temperature in (before, 0.5 * (before + after), after)
+        Drive(temperature, load, applied) for temperature in (before, half, after)
     )
     hyst_middle = _half_step(plant, state.q, state.hyst, start, 0.5 * duration)
     q_middle = settle(plant, state.q, hyst_middle, middle, 0.5 * duration)

@@ -23,18 +23,26 @@ class Schedule(NamedTuple):
     """Hanging mass [kg]."""
     applied: Float[Array, " interval"]
     """Known generalised force [N m or N]."""
+    braking: Float[Array, "node 2"]
+    """How heating or cooling of sides A and B slows down towards a turn [C/s^2], with the sign of
+    the temperature's rate; zero where it does not. Used by slow motion only."""
 
 
 def filtered(schedule: Schedule, filters: tuple[TemperatureFilter, ...]) -> Schedule:
     """The schedule with each filter applied to both temperatures, from steady state at the start."""
     for one in filters:
-        temperature = schedule.temperature
-        steps = (temperature[:-1], temperature[1:], jnp.diff(schedule.time))
+        steps = jnp.diff(schedule.time)
 
         def advance(memory, step, one=one):
             after = one.advance(memory, *step)
             return after, after
 
-        _, rest = jax.lax.scan(advance, temperature[0], steps)
-        schedule = schedule._replace(temperature=jnp.concatenate([temperature[:1], rest]))
+        def apply(values, steps=steps, advance=advance):
+            _, rest = jax.lax.scan(advance, values[0], (values[:-1], values[1:], steps))
+            return jnp.concatenate([values[:1], rest])
+
+        # Filters are linear and do not change in time: they pass derivatives as they pass values.
+        schedule = schedule._replace(
+            temperature=apply(schedule.temperature), braking=apply(schedule.braking)
+        )
     return schedule

@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.physics.inertial import FastState, fast_step
 from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.quasistatic import SlowState, settle, slow_step
 from muscle_bayes.physics.schedule import Schedule, filtered
@@ -95,6 +96,8 @@ def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array
     schedule = filtered(schedule, plant.temperature_filters)
     first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
+    ahead = overshoot(plant, q, hyst, first) * schedule.braking
+    schedule = schedule._replace(temperature=schedule.temperature + ahead)
     states = _solve(QUASI_STATIC, plant, schedule, SlowState(q, hyst, q))
     middle = 0.5 * (schedule.temperature[1:] + schedule.temperature[:-1])
     drives = Drive(middle, schedule.load, schedule.applied)

@@ -1,0 +1,151 @@
+"""Draws of the noise parameters given a simulation: iterated importance resampling."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.density import (
+    Prediction,
+    constrain,
+    potential_given,
+    predictions,
+)
+from muscle_bayes.inference.problem import Data, Layout
+
+FREEDOM = 5.0
+"""Degrees of freedom of the proposal: tails heavier than the target's."""
+WIDENING = 1.3
+"""Factor on the standard deviations of the adapted proposal: too wide costs little, too narrow much."""
+WIDE, WIDE_SHARE = 4.0, 0.2
+"""Scale and share of the proposal's wide part, for tails that the adaptation has not seen."""
+ADAPTATION_ROUNDS, ADAPTATION_DRAWS = 6, 256
+CANDIDATES = 32
+"""Proposals per move."""
+
+
+class Proposal(NamedTuple):
+    """Mixture of two multivariate Student t, one of them wide, over `shape_of` the noise entries."""
+
+    centre: Float[Array, " k"]
+    factor: Float[Array, "k k"]
+    """Lower triangular, of the narrow part's scale matrix."""
+
+
+def shape_of(entries: Float[Array, " k"]) -> Float[Array, " k"]:
+    """(log total, logit of the discrepancy's share of variance, log correlation time) of each regime.
+
+    The data tell the total well and, where the discrepancy is short-lived, its share hardly: in
+    these coordinates the density is far less curved than in log noise and log discrepancy. The map
+    has the constant Jacobian determinant 2 per regime, so densities need no correction.
+    """
+    noise, discrepancy, time = entries.reshape(-1, 3).T
+    total = 0.5 * jnp.logaddexp(2.0 * noise, 2.0 * discrepancy)
+    return jnp.stack([total, 2.0 * (discrepancy - noise), time], 1).ravel()
+
+
+def entries_of(shape: Float[Array, " k"]) -> Float[Array, " k"]:
+    """Inverse of `shape_of`."""
+    total, odds, time = shape.reshape(-1, 3).T
+    noise = total + 0.5 * jax.nn.log_sigmoid(-odds)
+    return jnp.stack([noise, total + 0.5 * jax.nn.log_sigmoid(odds), time], 1).ravel()
+
+
+def _sample(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
+    key_normal, key_mixing, key_wide = jax.random.split(key, 3)
+    normal = jax.random.normal(key_normal, (count, proposal.centre.size))
+    mixing = jax.random.chisquare(key_mixing, FREEDOM, (count, 1)) / FREEDOM
+    wide = jnp.where(jax.random.bernoulli(key_wide, WIDE_SHARE, (count, 1)), WIDE, 1.0)
+    return proposal.centre + (wide * normal / jnp.sqrt(mixing)) @ proposal.factor.T
+
+
+def _log_density(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
+    """Of the proposal, up to a constant that changes with its factor."""
+    z = jax.scipy.linalg.solve_triangular(proposal.factor, point - proposal.centre, lower=True)
+    size = proposal.centre.size
+
+    def part(share: float, scale: float) -> Array:
+        tail = jnp.log1p(z @ z / (scale**2 * FREEDOM))
+        return jnp.log(share) - size * jnp.log(scale) - 0.5 * (FREEDOM + size) * tail
+
+    return jnp.logaddexp(part(1.0 - WIDE_SHARE, 1.0), part(WIDE_SHARE, WIDE))
+
+
+def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> Float[Array, " n"]:
+    """The vector with its noise entries drawn from the normal part of the proposal."""
+    kicks = jax.random.normal(key, proposal.centre.shape)
+    shape = proposal.centre + proposal.factor @ kicks
+    return vector.at[blocks(layout).noise].set(entries_of(shape))
+
+
+@partial(jax.jit, static_argnames="layout")
+def adapt(
+    key: Array, vector: Array, spread: Float[Array, " k"], layout: Layout, data: Data
+) -> Proposal:
+    """A proposal fitted to the noise parameters' density at `vector` by adaptive importance sampling.
+
+    Starts from standard deviations `spread` around the vector's own entries.
+    """
+    predicted = predictions(constrain(vector, layout, data), layout, data)
+
+    def improve(proposal: Proposal, now: tuple[Array, Array]) -> tuple[Proposal, None]:
+        key, flattening = now
+        points = _sample(key, proposal, ADAPTATION_DRAWS)
+        weight = jax.nn.softmax(
+            flattening * _log_weights(points, predicted, vector, proposal, layout, data)
+        )
+        mean = weight @ points
+        away = points - mean
+        # A little of the former width keeps the estimate proper while few weights dominate.
+        covariance = (weight[:, None] * away).T @ away
+        covariance = WIDENING**2 * covariance + 1e-2 * proposal.factor @ proposal.factor.T
+        return Proposal(mean, jnp.linalg.cholesky(covariance)), None
+
+    start = Proposal(shape_of(vector[blocks(layout).noise]), jnp.diag(spread))
+    rounds = jnp.linspace(0.3, 1.0, ADAPTATION_ROUNDS)
+    return jax.lax.scan(improve, start, (jax.random.split(key, ADAPTATION_ROUNDS), rounds))[0]
+
+
+def _log_weights(
+    points: Float[Array, "count k"],
+    predicted: list[Prediction],
+    vector: Array,
+    proposal: Proposal,
+    layout: Layout,
+    data: Data,
+) -> Float[Array, " count"]:
+    """Log of target over proposal at shapes `points` of the noise, the rest of the vector held."""
+    entries = blocks(layout).noise
+
+    def one(point: Array) -> Array:
+        energy = potential_given(predicted, vector.at[entries].set(entries_of(point)), layout, data)
+        return -energy - _log_density(point, proposal)
+
+    weights = jax.vmap(one)(points)
+    return jnp.where(jnp.isnan(weights), -jnp.inf, weights)
+
+
+def move_noise(
+    key: Array,
+    predicted: list[Prediction],
+    vector: Array,
+    proposal: Proposal,
+    layout: Layout,
+    data: Data,
+) -> Float[Array, " n"]:
+    """The vector with its noise entries drawn anew; `predicted` are its predictions.
+
+    The present entries and CANDIDATES draws of the proposal q are weighted by target / q and one is
+    chosen (iterated sampling importance resampling; Andrieu, Lee & Vihola, Bernoulli 24, 2018): the
+    target stays invariant, whatever q.
+    """
+    entries = blocks(layout).noise
+    key_points, key_choice = jax.random.split(key)
+    points = _sample(key_points, proposal, CANDIDATES)
+    points = jnp.concatenate([shape_of(vector[entries])[None], points])
+    weights = _log_weights(points, predicted, vector, proposal, layout, data)
+    chosen = points[jax.random.categorical(key_choice, weights)]
+    return vector.at[entries].set(entries_of(chosen))

@@ -1,0 +1,85 @@
+"""The course of a temperature behind a meter's held, rounded and noisy readings."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+LONGEST_HOLD = 0.6
+"""A temperature that stays the same for longer is not held by the meter but steady, s."""
+WINDOW = 1.5
+"""Readings within this of an instant tell its temperature, s: long enough for some seven updates of
+a meter, short against the peaks at which friction makes the rotor turn back."""
+LEAST_READINGS = 5
+"""A slower meter's window spans as many updates; where a gap leaves fewer, a line bridges it."""
+
+
+class Course(NamedTuple):
+    """Temperature and its derivatives."""
+
+    value: Float[np.ndarray, " instant"]
+    """C."""
+    rate: Float[np.ndarray, " instant"]
+    """C/s."""
+    curvature: Float[np.ndarray, " instant"]
+    """C/s^2."""
+
+
+def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """When a meter measured, and what: the log repeats each value until the next.
+
+    A meter changes its value somewhere between a row and the one before, on average half a row ago.
+    Using the repeats instead would make the temperature lag by half an update.
+    """
+    fresh = np.r_[True, np.diff(values) != 0.0]
+    last_fresh = time[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))]
+    fresh |= time - last_fresh > LONGEST_HOLD
+    rows = np.diff(time, prepend=time[0])
+    # A gap in the log is no update that took long.
+    ago = 0.5 * np.minimum(rows, np.median(rows[1:]) if time.size > 1 else 0.0)
+    return (time - ago)[fresh], values[fresh]
+
+
+def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
+    """Local quadratic regression of the updates, with Epanechnikov weights.
+
+    A local mean or line would cut the peaks by curvature WINDOW^2 / 10.
+    """
+    time, values = updates(time, values)
+    line = np.interp(at, time, values)
+    if time.size < LEAST_READINGS:
+        return Course(line, np.zeros(at.size), np.zeros(at.size))
+    width = max(WINDOW, 0.5 * LEAST_READINGS * float(np.median(np.diff(time))))
+    first, last = np.searchsorted(time, at - width), np.searchsorted(time, at + width)
+    members = first[:, None] + np.arange(max(int((last - first).max()), 1))
+    inside = members < last[:, None]
+    members = np.minimum(members, time.size - 1)
+    x = np.where(inside, (time[members] - at[:, None]) / width, 0.0)
+    weight = np.where(inside, np.maximum(1.0 - x**2, 1e-6), 0.0)
+    powers = np.stack([np.ones_like(x), x, x**2], axis=-1)
+    moments = np.einsum("nk,nki,nkj->nij", weight, powers, powers)
+    right = np.einsum("nk,nki,nk->ni", weight, powers, values[members] - line[:, None])
+    # Where a gap leaves too few readings, a slope from both its ends takes the parabola's place.
+    slope = np.interp(at, 0.5 * (time[1:] + time[:-1]), np.diff(values) / np.diff(time))
+    tells = (inside.sum(1) >= LEAST_READINGS - 1) & (
+        np.abs(x).min(1, where=inside, initial=1.0) < 0.5
+    )
+    safe = np.where(tells[:, None, None], moments, np.eye(3))
+    value, rate, half_curvature = np.linalg.solve(safe, right[..., None])[..., 0].T
+    return Course(
+        np.where(tells, line + value, line),
+        np.where(tells, rate / width, slope),
+        np.where(tells, 2.0 * half_curvature / width**2, 0.0),
+    )
+
+
+def braking(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How heating or cooling slows down towards a turn [C/s^2], with the sign of the rate.
+
+    -curvature where it opposes the rate of one WINDOW ago, at most that rate per WINDOW (so that a
+    kink after standstill does not count); else zero.
+    """
+    incoming = course(time, values, np.maximum(at - WINDOW, time[0])).rate
+    slowing = -course(time, values, at).curvature
+    size = np.minimum(np.abs(slowing), np.abs(incoming) / WINDOW)
+    return np.where(incoming * slowing > 0.0, np.sign(incoming) * size, 0.0)

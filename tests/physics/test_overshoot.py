@@ -1,0 +1,93 @@
+"""The overshoot of slow motion against full inertia, and against its own scaled equation."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from example_plants import J, creep, muscle_plant, release, schedule
+from scipy.integrate import solve_ivp
+
+from muscle_bayes.physics.effects import ViscousFriction
+from muscle_bayes.physics.overshoot import DAMPED_LEAD, FREE_LEAD, overshoot
+from muscle_bayes.physics.plant import Drive
+
+LOAD = 0.212
+PEAK, CURVATURE = 80.0, 1.5
+AFTER = 2.0
+
+
+def lead_of_scaled_rotor(start: float, damping: float) -> float:
+    """Final y of y'' + 2 zeta y' + y = x, x = -t^2/2, that sticks at y' = 0 until x passes it."""
+    t, y = start, -(start**2) / 2
+
+    def stops(t, state):
+        return state[1]
+
+    stops.terminal, stops.direction = True, -1
+    while t < 0.0:
+        swing = solve_ivp(
+            lambda t, s: (s[1], -(t**2) / 2 - s[0] - 2 * damping * s[1]),
+            (t, t + 10.0),
+            (y, 1e-9),
+            events=stops,
+            rtol=1e-7,
+            atol=1e-8,
+        )
+        t, y = swing.t[-1], swing.y[0, -1]
+        if y >= -1e-6 or t >= 0.0:
+            break
+        t = max(t, -np.sqrt(-2.0 * y))
+    return y
+
+
+def test_mean_lead_is_that_of_the_scaled_equation():
+    starts = -np.random.default_rng(0).uniform(30.0, 60.0, 120)
+    leads = np.array([lead_of_scaled_rotor(start, 0.0) for start in starts])
+    error = leads.std() / np.sqrt(leads.size)
+    assert error < 0.2
+    assert abs(leads.mean() - FREE_LEAD) < 3.0 * error
+    assert leads.max() < 6.3
+
+
+def heating(start: float):
+    """Temperature over the seconds after `start` [s before the peak], and its braking."""
+    time = np.linspace(0.0, start + AFTER, 801)
+    return schedule(time, lambda t: PEAK - 0.5 * CURVATURE * (t - start) ** 2, LOAD, 0.0, CURVATURE)
+
+
+def test_slow_motion_ends_where_inertia_carries_the_rotor_on_average():
+    made = muscle_plant()
+    still = jnp.asarray(0.0)
+    drive = Drive(jnp.full(2, PEAK), jnp.asarray(LOAD), still)
+    misses, plain = [], []
+    for start in np.linspace(5.0, 6.5, 24):
+        driven = heating(start)
+        # Both begin at rest where friction is just overcome, so that all of the heating slides.
+        first = creep(made, driven, -0.2, 0.02).sensed[0]
+        full = release(made, driven, first, 0.02).sensed[-1]
+        misses.append(full - creep(made, driven, first, 0.02).sensed[-1])
+        unbraked = driven._replace(braking=jnp.zeros_like(driven.braking))
+        plain.append(full - creep(made, unbraked, first, 0.02).sensed[-1])
+    misses, plain = np.array(misses), np.array(plain)
+    assert np.abs(plain.mean()) > 5.0 * plain.std() / np.sqrt(plain.size)
+    assert np.abs(misses.mean()) < 0.35 * np.abs(plain.mean())
+    assert overshoot(made, first, jnp.full(2, 0.02), drive) > 0.0
+
+
+def test_damping_and_lack_of_inertia_limit_the_overshoot():
+    drive = Drive(jnp.full(2, PEAK), jnp.asarray(0.0), jnp.asarray(0.0))
+    at = jnp.asarray(-0.2), jnp.full(2, 0.02), drive
+    free = overshoot(muscle_plant(), *at)
+    damped = overshoot(muscle_plant() + ViscousFriction(coefficient=0.1), *at)
+    np.testing.assert_allclose(damped / free, DAMPED_LEAD / FREE_LEAD, rtol=1e-6)
+    np.testing.assert_allclose(overshoot(muscle_plant(inertia=0.5 * J), *at) / free, 0.5, rtol=1e-6)
+    assert overshoot(muscle_plant(inertia=0.0), *at) == 0.0
+    slope = jax.grad(lambda inertia: overshoot(muscle_plant(inertia=inertia), *at))
+    np.testing.assert_allclose(slope(J), free / J, rtol=1e-6)
+
+
+@pytest.mark.parametrize("slack", [-2.0, 2.0])
+def test_slack_and_unstable_states_give_a_bounded_overshoot(slack):
+    drive = Drive(jnp.full(2, PEAK), jnp.asarray(0.0), jnp.asarray(0.0))
+    value = overshoot(muscle_plant(), jnp.asarray(slack), jnp.full(2, 0.5), drive)
+    assert 0.0 <= value <= 0.25 * FREE_LEAD
