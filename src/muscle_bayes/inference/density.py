@@ -131,7 +131,7 @@ class Prediction(NamedTuple):
     reading: Float[Array, " interval"]
     """Readings above the reading at q = 0."""
     reach: Float[Array, "interval 2"] | None
-    """Change of the readings per prior standard deviation of a segment's start; None if its start is known."""
+    """Change of the readings per prior standard deviation of a segment's start; None if not cut."""
     finite: Float[Array, ""]
     """1 if the solve succeeded, else 0."""
 
@@ -204,9 +204,7 @@ def _guarded(residual: Array) -> Array:
     return jnp.where(jnp.isfinite(residual), residual, 0.0)
 
 
-def _explain(
-    lane: Lanes, zero: Array, prediction: Prediction, noise: NoiseParameters, cut: bool
-) -> LaneFit:
+def _explain(lane: Lanes, zero: Array, prediction: Prediction, noise: NoiseParameters) -> LaneFit:
     """Density of a lane's readings.
 
     A segment's start is integrated out: over a short segment the response is linear in it. With
@@ -217,12 +215,12 @@ def _explain(
     seen = (lane.weight > 0).astype(lane.reading.dtype)
     residual = lane.reading - zero - prediction.reading
     columns = residual[:, None]
-    if cut:
+    if prediction.reach is not None:
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
     errors, log_scale = whiten(_guarded(columns), lane.time, variance, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
     log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
-    if cut:
+    if prediction.reach is not None:
         information = jnp.eye(2) + s.T @ s
         explained = s @ jnp.linalg.solve(information, s.T @ z)
         volume = 0.5 * jnp.linalg.slogdet(information)[1]
@@ -254,8 +252,8 @@ def explained(
     for prediction, lanes, regime, cut in groups:
         noise = noise_of(values, regime)
 
-        def one(lane, zero, prediction, noise=noise, cut=cut):
-            return _explain(lane, zero, prediction, noise, cut)
+        def one(lane, zero, prediction, noise=noise):
+            return _explain(lane, zero, prediction, noise)
 
         result.append(jax.vmap(one)(lanes, _zeros(values, lanes, regime, cut), prediction))
     return result

@@ -170,8 +170,9 @@ def pose(
 ) -> Problem:
     """The problem of estimating what these runs can tell.
 
-    Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run has a muscle, each effect's own, each run's own, each regime's noise.
-    `given` replaces the priors of named parameters by what earlier runs told of them.
+    Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run
+    has a muscle, each effect's own, each run's own, each regime's noise. `given` replaces the priors
+    of named parameters by what earlier runs told of them.
     Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
     """
     _check(runs, effects)
