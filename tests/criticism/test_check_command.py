@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import muscle_bayes.data
 from muscle_bayes.cli import app
-from muscle_bayes.inference import posterior as posterior_module
+from muscle_bayes.inference import predictive as predictive_module
 from muscle_bayes.inference.posterior import Posterior
 
 
@@ -30,7 +30,7 @@ def command(monkeypatch, tmp_path):
         given = posterior_of(values, values, converged=converged)
         monkeypatch.setattr(Posterior, "load", classmethod(lambda cls, path: given))
         monkeypatch.setattr(muscle_bayes.data, "read_runs", lambda paths: [_Run()])
-        monkeypatch.setattr(posterior_module, "predict_runs", lambda *a, **k: [sawtooth()])
+        monkeypatch.setattr(predictive_module, "predict_runs", lambda *a, **k: [sawtooth()])
         words = ["check", "p.nc", "r.csv", "--json", f"{tmp_path}/c.json", "--out", str(tmp_path)]
         return CliRunner().invoke(app, words)
 

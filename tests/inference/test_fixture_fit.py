@@ -9,7 +9,9 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.posterior import Effort, Posterior, fit, predict_runs
+from muscle_bayes.inference.fit import Effort, fit
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.predictive import predict_runs
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.summary import summarise
 

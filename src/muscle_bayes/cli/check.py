@@ -42,7 +42,8 @@ def check(
     from muscle_bayes.criticism.coverage import check_run
     from muscle_bayes.criticism.drift import drift as drift_of
     from muscle_bayes.data import read_runs
-    from muscle_bayes.inference.posterior import Posterior, predict_runs
+    from muscle_bayes.inference.posterior import Posterior
+    from muscle_bayes.inference.predictive import predict_runs
     from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
 
     fitted = Posterior.load(posterior)

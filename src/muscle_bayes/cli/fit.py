@@ -56,8 +56,9 @@ def fit(
     """
     from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.data import read_runs
-    from muscle_bayes.inference.posterior import EFFORTS, Posterior
-    from muscle_bayes.inference.posterior import fit as fit_runs
+    from muscle_bayes.inference.fit import EFFORTS
+    from muscle_bayes.inference.fit import fit as fit_runs
+    from muscle_bayes.inference.posterior import Posterior
     from muscle_bayes.inference.summary import summarise
 
     loaded = read_runs(runs)

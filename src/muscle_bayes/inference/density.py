@@ -28,7 +28,9 @@ Values = Mapping[str, Array]
 
 def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
     """Table 2's parameters, or None where the problem has no muscle."""
-    return muscle_parameters(values, data.base_length) if "contraction" in values else None
+    if "contraction" not in values:
+        return None
+    return muscle_parameters(values, data.base_length, data.tension)
 
 
 class Physical(NamedTuple):

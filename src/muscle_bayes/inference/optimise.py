@@ -74,9 +74,9 @@ def _candidates(keys: Array, layout: Layout, data: Data) -> tuple[Array, Array]:
         }
         values["D"] = factor * values["D"]
         for effect in layout.effects:
-            for key, parameter in effect_type(effect).parameters.items():
-                drawn = values[f"{effect}.{key}"]
-                values[f"{effect}.{key}"] = parameter.off + factor * (drawn - parameter.off)
+            for field, parameter in effect_type(effect).parameters.items():
+                name = f"{effect}.{field}"
+                values[name] = parameter.off + factor * (values[name] - parameter.off)
         for regime, misfit in rms_by_regime(values, layout, data).items():
             values[f"{regime}.discrepancy"] = misfit
         vector = unconstrain(values, layout, data)

@@ -68,12 +68,13 @@ def muscle_sites(size: Scales) -> dict[str, Site]:
     Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
     force per unit strain relative to the tension at hand, the damper by HYST's time constant. While
     both springs are open the data see C, F_modulus_min and F_hyst_min only in the sum
-    rest_strain = s(25) - F_modulus_min/modulus - F_hyst_min/stiffness_hyst, so that is sampled.
+    s(25) - F_modulus_min/modulus - F_hyst_min/stiffness_hyst, and that best where the muscle works:
+    so `taut_strain`, under the runs' typical tension, is sampled.
     """
     pull = size.tension
     return {
-        "rest_strain": Site(
-            dist.Normal(-0.15, 0.2), "1", "strain at 25 C where both springs' lines meet zero force"
+        "taut_strain": Site(
+            dist.Normal(0.2, 0.3), "1", "strain at 25 C under typical tension, HYST at rest"
         ),
         "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
         "bend": Site(
@@ -90,22 +91,24 @@ def muscle_sites(size: Scales) -> dict[str, Site]:
     }
 
 
-def muscle_parameters(values: Mapping[str, Array], base_length: float) -> MuscleParameters:
+def muscle_parameters(
+    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
+) -> MuscleParameters:
     """Table 2's nine parameters from the sampled quantities.
 
-    With s(T) = A T^2 + B T + C: s(25) = rest_strain + F_modulus_min/modulus
-    + F_hyst_min/stiffness_hyst, s(90) = s(25) - contraction, s(57.5) = chord + bend contraction;
-    K = stiffness / L_base; H (T + T_off) through time_constant K_hyst at 25 C and softening times
-    that at 90 C.
+    With s(T) = A T^2 + B T + C: s(25) = taut_strain - (tension - F_modulus_min)/modulus
+    - (tension - F_hyst_min)/stiffness_hyst, s(90) = s(25) - contraction,
+    s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
+    K_hyst at 25 C and softening times that at 90 C.
     """
     span, middle = HOT - COLD, 0.5 * (HOT + COLD)
     bow = values["bend"] * values["contraction"]
     a = -4.0 * bow / span**2
     b = -values["contraction"] / span - 2.0 * a * middle
     cold_offset = (
-        values["rest_strain"]
-        + values["F_modulus_min"] / values["modulus"]
-        + values["F_hyst_min"] / values["stiffness_hyst"]
+        values["taut_strain"]
+        - (tension - values["F_modulus_min"]) / values["modulus"]
+        - (tension - values["F_hyst_min"]) / values["stiffness_hyst"]
     )
     c = cold_offset - a * COLD**2 - b * COLD
     k_hyst = values["stiffness_hyst"] / base_length

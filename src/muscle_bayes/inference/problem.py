@@ -61,6 +61,8 @@ class Data(NamedTuple):
     priors: dict[str, dist.Distribution]
     base_length: Float[Array, ""]
     """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
+    tension: Float[Array, ""]
+    """Typical tension, to which `taut_strain` refers, N."""
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,8 @@ def pose(
     layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
     priors = {name: site.prior for name, site in sites.items()}
     base_length = np.asarray(lengths[0] if lengths else 1.0)
-    data = jax.tree.map(jnp.asarray, Data(tuple(lanes), priors, base_length))
+    arrays = Data(tuple(lanes), priors, base_length, np.asarray(size.tension))
+    data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs
     )

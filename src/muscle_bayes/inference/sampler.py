@@ -22,12 +22,12 @@ from muscle_bayes.inference.density import (
 from muscle_bayes.inference.noise_moves import Proposal, adapt, disperse, move_noise
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.walled_moves import WalledState, move_walled
 
 CHUNK = 50
 """Iterations between two reports of progress; an interruption waits for at most these."""
 TARGET_ACCEPTANCE = 0.8
 MAX_TREE_DEPTH = 8
-SWEEPS = 6
 NOISE_SPREAD = 0.7
 """Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
 
@@ -102,34 +102,18 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
         )
         return _ChainState(nuts, rest, key_rest)
 
-    def move_walled(key: Array, nuts: Any, rest: Array, white: Whitening, data: Data) -> Array:
-        """SWEEPS Metropolis proposals for each walled entry; their density needs no gradient."""
-        key_step, key_accept, key_reach = jax.random.split(key, 3)
-        count = SWEEPS * outer.size
-        steps = jax.random.normal(key_step, (count,))
-        # Long and short proposals: a wall near or far from here is reached by either.
-        steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
-        chances = jnp.log(jax.random.uniform(key_accept, (count,)))
-        entries = jnp.arange(count) % outer.size
-
-        def propose(carry: tuple[Array, Array], now: Any) -> Any:
-            rest, energy = carry
-            entry, step, chance = now
-            trial = rest.at[jnp.asarray(outer)[entry]].add(white.stride[entry] * step)
-            trial_energy = density_of(white, data, trial)(nuts.z)
-            accept = chance < energy - trial_energy
-            moved = jnp.where(accept, trial, rest), jnp.where(accept, trial_energy, energy)
-            return moved, None
-
-        first = rest, nuts.potential_energy
-        return jax.lax.scan(propose, first, (entries, steps, chances))[0][0]
-
     def iterate(state: _ChainState, white: Whitening, data: Data) -> tuple[_ChainState, tuple]:
         key, key_walled, key_noise = jax.random.split(state.key, 3)
         nuts, rest = sample(state.nuts, model_args=(white, data, state.rest)), state.rest
         kept = (nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy)
         if outer.size:
-            rest = move_walled(key_walled, nuts, rest, white, data)
+
+            def energy_at(z: Array, rest: Array) -> Array:
+                return density_of(white, data, rest)(z)
+
+            start = WalledState(nuts.z, vector_of(nuts.z, white, rest), nuts.potential_energy)
+            moved = move_walled(key_walled, start, energy_at, white.factor, white.stride, layout)
+            nuts, rest = nuts._replace(z=moved.z), moved.vector
 
         # One simulation with its derivatives serves the noise's move and the next start of NUTS.
         def simulate(z: Array) -> list[Prediction]:

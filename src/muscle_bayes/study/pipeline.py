@@ -11,7 +11,9 @@ from typing import Any
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.posterior import EFFORTS, LIBRARIES, Posterior, fit
+from muscle_bayes.inference.assemble import LIBRARIES
+from muscle_bayes.inference.fit import EFFORTS, fit
+from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.summary import summarise
 from muscle_bayes.study.stage import Stage, fingerprint, source_checksum
 

@@ -8,7 +8,7 @@ from muscle_bayes.criticism.compare import compare
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
 from muscle_bayes.inference.identifiability import identify
-from muscle_bayes.inference.posterior import predict_from_prior, predict_runs
+from muscle_bayes.inference.predictive import predict_from_prior, predict_runs
 from muscle_bayes.inference.summary import summarise
 from muscle_bayes.report.posterior_figures import posterior_figure
 from muscle_bayes.report.predictive_figures import (

@@ -1,0 +1,99 @@
+"""Fitting runs: mode, chains, posterior."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.assemble import assemble
+from muscle_bayes.inference.optimise import STARTS, find_mode
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.sampler import compile_for, draw
+
+MIN_ESS = 400
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to sample."""
+
+    chains: int = 4
+    warmup: int = 200
+    draws: int = 1000
+    min_ess: int = MIN_ESS
+
+
+QUICK = Effort(chains=4, warmup=100, draws=300, min_ess=200)
+FULL = Effort()
+EFFORTS = {"quick": QUICK, "full": FULL}
+
+
+def _as_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distribution]:
+    """Log-normal priors of J and D with the moments of an earlier posterior's logarithms."""
+    if given.friction != friction:
+        raise MuscleBayesError(
+            f"the given posterior has {given.friction} friction, this fit {friction}; "
+            "its D means another thing. Give one of the same friction"
+        )
+    group = given.tree["posterior"]
+    logs = {name: np.log(group[name].to_numpy()) for name in ("J", "D") if name in group}
+    return {name: dist.LogNormal(log.mean(), log.std()) for name, log in logs.items()}
+
+
+@double_precision
+def fit(
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    *,
+    effort: Effort = FULL,
+    given: Posterior | None = None,
+    seed: int = 0,
+    report: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> Posterior:
+    """Posterior of everything that is unknown about these runs.
+
+    `given` is an earlier posterior of the fixture: its J and D become this fit's prior.
+    `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
+    be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
+    """
+    problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
+    keys = jax.random.split(jax.random.key(seed), 2)
+    total, done, tried = effort.chains * (effort.warmup + effort.draws), 0, 0
+
+    def searched(_: str) -> None:
+        nonlocal tried
+        tried += 1
+        report("searching", tried, STARTS)
+
+    def sampled(count: int) -> None:
+        nonlocal done
+        done += count
+        report("sampling", done, total)
+
+    with ThreadPoolExecutor(1) as pool:
+        ready = pool.submit(compile_for, problem.layout, problem.data, effort.warmup)
+        mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        ready.result()
+    drawn = draw(
+        keys[1],
+        mode,
+        problem.layout,
+        problem.data,
+        chains=effort.chains,
+        warmup=effort.warmup,
+        draws=effort.draws,
+        report=sampled,
+    )
+    report("predicting", 0, 1)
+    posterior = assemble(problem, drawn, effort.min_ess, seed)
+    report("predicting", 1, 1)
+    return posterior

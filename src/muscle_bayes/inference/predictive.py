@@ -1,0 +1,101 @@
+"""What a posterior, or the prior alone, predicts for runs."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.predict import Prediction, predict, thin
+from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
+
+
+@double_precision
+def predict_runs(
+    posterior: Posterior, runs: Sequence[Run], *, draws: int = PREDICTIVE_DRAWS, seed: int = 0
+) -> list[Prediction]:
+    """Predictions of runs, whether the posterior has seen them or not.
+
+    A run with the name of a fitted one keeps that run's own zero, start and first HYST strain, so
+    that a record continued past the fitted part is predicted ahead. Another run's own unknowns are
+    told by its first SETTLING_SHARE, and the rest is predicted ahead. Raises MuscleBayesError if the
+    runs need parameters that the posterior lacks.
+    """
+    seen = set(json.loads(posterior.tree.attrs["runs"]))
+    found: dict[str, Prediction] = {}
+    for known in (True, False):
+        part = [run for run in runs if (run.name in seen) == known]
+        if part:
+            for one in _predict_part(posterior, part, known, draws, seed):
+                found[one.run] = one
+    return [found[run.name] for run in runs]
+
+
+def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, Any]) -> Any:
+    """Draws of what the problem shares with the posterior: everything that is no run's own."""
+    shared = [name for name, shape in problem.layout.shapes if not shape]
+    if missing := [name for name in shared if name not in thinned]:
+        raise MuscleBayesError(
+            f"the posterior has no {', '.join(missing)}, which these runs need; "
+            "fit runs of their kind as well"
+        )
+    values = {name: thinned[name] for name in shared}
+    scale = posterior.tree.attrs["base_length"] / float(problem.data.base_length)
+    if "modulus" in values:
+        # Strain under one tension tells that under another; K in N/m is the material's number that
+        # is carried over, stiffness per strain is K L_base.
+        told, asked = posterior.tree.attrs["tension"], float(problem.data.tension)
+        springs = ("modulus", "stiffness_hyst")
+        values["taut_strain"] = values["taut_strain"] - sum(told / values[key] for key in springs)
+        values |= {key: values[key] / scale for key in springs}
+        values["taut_strain"] = values["taut_strain"] + sum(asked / values[key] for key in springs)
+    return values
+
+
+def _predict_part(
+    posterior: Posterior, runs: Sequence[Run], known: bool, draws: int, seed: int
+) -> list[Prediction]:
+    problem = pose(runs, posterior.friction, posterior.effects)
+    group = posterior.tree["posterior"].to_dataset()
+    names = json.loads(posterior.tree.attrs["sampled"])
+    thinned = thin({name: group[name].to_numpy() for name in names}, draws)
+    values = _shared_values(posterior, problem, thinned)
+    if not known:
+        settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
+        share = {run.name: SETTLING_SHARE * run.duration for run in runs}
+        predictions = predict(problem, settled, seed)
+        return [one._replace(ahead_from=share[one.run]) for one in predictions]
+    for name, shape in problem.layout.shapes:
+        if shape:
+            regime = name.split(".")[0]
+            there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
+            chosen = [there.index(run) for run in problem.site_runs[regime]]
+            values[name] = thinned[name][:, jnp.asarray(chosen)]
+    return predict(problem, values, seed)
+
+
+@double_precision
+def predict_from_prior(
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    *,
+    draws: int = PREDICTIVE_DRAWS,
+    seed: int = 0,
+) -> list[Prediction]:
+    """What the priors alone say of these runs: draws that could not be real show a poor prior."""
+    problem = pose(runs, friction, effects)
+    keys = jax.random.split(jax.random.key(seed), len(problem.layout.shapes))
+    values = {
+        name: problem.data.priors[name].sample(key, (draws,))
+        for key, (name, _) in zip(keys, problem.layout.shapes, strict=True)
+    }
+    return predict(problem, values, seed + 1)
