@@ -25,7 +25,7 @@ from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.metadata import Protocol
 from muscle_bayes.data.validation import explain
 
-HOTTEST = 120.0
+HOTTEST = 105.0
 """Highest setpoint that is taken, C."""
 
 
@@ -146,8 +146,8 @@ class RunPlan(Table):
 class Limits(Table):
     """What ends a run with the heaters off. The firmware's own limits hold besides."""
 
-    max_temperature: Annotated[float, Field(gt=0, le=150)] = 110.0
-    """C, host and firmware"""
+    max_temperature: Annotated[float, Field(gt=0, le=110)] = 110.0
+    """C, for host and firmware; the firmware itself takes no more than 110 C"""
     max_duty: Annotated[int, Field(ge=0, le=FULL_DUTY)] = FULL_DUTY
     stage_timeout: Positive = 3600.0
     """s until a stage is stable"""
