@@ -11,6 +11,7 @@ from typing import Final
 
 from muscle_bayes.bench.sequence import Repeat, RunPlan, Stage
 from muscle_bayes.bench.sequence import Sequence as BenchSequence
+from muscle_bayes.errors import MuscleBayesError
 
 HOT: Final = 90.0
 TEST_LOADS: Final = (0.139, 0.166, 0.212)
@@ -127,6 +128,25 @@ REGIMES: Final = {
     "t1": Regime(t1, "cycles and sweeps at rising loads, six runs of falling peak temperature"),
     "t2": Regime(t2, "256 permutations of starting and ending load and temperature"),
 }
+
+
+def with_loads(name: str, room: float, loads: Sequence[float] = ()) -> BenchSequence:
+    """A regime by name, at other test loads [kg] where it has any. Raises MuscleBayesError."""
+    if not loads:
+        return REGIMES[name].build(room)
+    taking: dict[str, Callable[[float, Sequence[float]], BenchSequence]] = {
+        "staircase": staircase,
+        "sawtooth": sawtooth,
+    }
+    if name not in taking:
+        raise MuscleBayesError(
+            f"{name} has loads of its own. Mend: give masses to {' or '.join(taking)} only, or "
+            "change the sequence's file."
+        )
+    for load in loads:
+        if not 0.0 < load < 50.0:
+            raise MuscleBayesError(f"a mass of {1000 * load:g} g cannot hang from this disc.")
+    return taking[name](room, loads)
 
 
 def grams(load: float) -> str:

@@ -8,6 +8,7 @@ from muscle_bayes.bench.link import Link
 from muscle_bayes.bench.meter import Meter, MeterSource
 from muscle_bayes.bench.sequence import RIG_TABLES, Sequence
 from muscle_bayes.bench.simulation.bench import SimulatedBench
+from muscle_bayes.bench.simulation.plant import TwinPlant
 from muscle_bayes.data import MuscleElement, NoElement, SpringElement
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.metadata import describe
@@ -108,3 +109,24 @@ def rig_tables(rig: Rig) -> dict[str, Any]:
     """A rig as the tables of NAME.toml."""
     about = describe(rig, free([Stage(duration=1.0)]), ([0.0], [0.0]))
     return {name: getattr(about, name) for name in RIG_TABLES}
+
+
+class SimulatedHand:
+    """Turns the rotor from one endstop to the other and back, holding it at each."""
+
+    def __init__(
+        self, bench: SimulatedBench, plant: TwinPlant, *, turn: float = 2.0, hold: float = 1.0
+    ) -> None:
+        """`turn` and `hold` in s; the first endstop is the lower one."""
+        self._plant = plant
+        self._turn, self._hold = turn, hold
+        self._start = bench.clock.now()
+        bench.listeners.append(self._move)
+
+    def _move(self, milliseconds: int) -> None:
+        lower, upper = self._plant.rig.fixture.stops
+        leg = self._turn + self._hold
+        passed = (milliseconds / 1000 - self._start + 0.5 * self._turn) % (2 * leg)
+        share = min(passed % leg / self._turn, 1.0)
+        ends = (upper, lower) if passed < leg else (lower, upper)
+        self._plant.turn(ends[0] + share * (ends[1] - ends[0]))
