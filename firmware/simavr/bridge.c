@@ -45,7 +45,6 @@ struct bridge {
     avr_irq_t *uart_input;
     struct queue to_board, from_board;
     uint32_t cycles_per_byte;
-    bool feeding;
     double duty_cycles[CHANNELS];       /* sum of duty (0-255) times cycles */
     int peak[CHANNELS];                 /* highest duty since the last look */
 };
@@ -80,7 +79,6 @@ static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *param)
     struct bridge *b = param;
     (void)avr;
     if (b->to_board.head == b->to_board.tail) {
-        b->feeding = false;
         return 0;
     }
     avr_raise_irq(b->uart_input, b->to_board.bytes[b->to_board.tail++ % QUEUE_SIZE]);
@@ -114,7 +112,8 @@ struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
     avr_load_firmware(b->avr, &b->firmware);
     b->avr->sleep = no_sleep;
     b->avr->log = LOG_NONE;
-    b->cycles_per_byte = 10u * frequency / baud;
+    /* simavr's receiver takes 11 bit times a byte; what came faster would pile up and be lost there. */
+    b->cycles_per_byte = 11u * frequency / baud;
     avr_extint_set_strict_lvl_trig(b->avr, 0, 0);
     avr_extint_set_strict_lvl_trig(b->avr, 1, 0);
     uint32_t flags = 0;                 /* neither echo on stdout nor real waiting */
@@ -157,8 +156,8 @@ void bridge_run(struct bridge *b, uint64_t until)
         return;
     }
     avr_cycle_timer_register(avr, until - avr->cycle, stop_here, b);
-    if (!b->feeding && b->to_board.head != b->to_board.tail) {
-        b->feeding = true;
+    /* A reset forgets all timers, this one too. */
+    if (b->to_board.head != b->to_board.tail && avr_cycle_timer_status(avr, feed, b) == 0) {
         avr_cycle_timer_register(avr, b->cycles_per_byte, feed, b);
     }
     while (avr->cycle < until) {
@@ -245,18 +244,12 @@ void bridge_ground_pin_d(struct bridge *b, int pin, int grounded)
 void bridge_reset(struct bridge *b, uint8_t cause, int forget)
 {
     avr_t *avr = b->avr;
-    bool feeding = b->feeding;
     avr_reset(avr);
     avr->data[REG_MCUSR] = cause;
     if (forget) {
         for (int address = avr->ioend + 1; address <= avr->ramend; address++) {
             avr->data[address] = (uint8_t)(address * 73 + 41);
         }
-    }
-    b->feeding = false;
-    if (feeding && b->to_board.head != b->to_board.tail) {
-        b->feeding = true;
-        avr_cycle_timer_register(avr, b->cycles_per_byte, feed, b);
     }
 }
 

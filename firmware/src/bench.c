@@ -77,7 +77,9 @@ static void old_act(struct bench *b, struct old_outcome outcome)
     if (outcome.action == OLD_NOTHING) {
         return;
     }
-    b->dialect = DIALECT_OLD;
+    if (outcome.action != OLD_PROMPT) {
+        b->dialect = DIALECT_OLD;
+    }
     if (outcome.action == OLD_ANALOG_READ || outcome.action == OLD_DIGITAL_READ) {
         b->pin = outcome;
         return;

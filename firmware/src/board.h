@@ -28,6 +28,9 @@ void board_send(const char *data, uint8_t length);
 /* Heater duty of channel 0 (pin 6) or 1 (pin 5). */
 void board_heat(uint8_t channel, uint8_t duty);
 
+/* Both heaters off, every register concerned written anew. */
+void board_heaters_off(void);
+
 /* Whether the output registers hold what board_heat put there. */
 bool board_heats_as_told(void);
 

@@ -11,6 +11,7 @@
 #define HEATER_B PORTD5             /* Arduino pin 5, OC0B */
 #define HEATERS (_BV(HEATER_A) | _BV(HEATER_B))
 #define STRAP PORTD4                /* Arduino pin 4 to GND makes a heater board */
+#define LAMP PORTB5                 /* the board's own lamp, pin 13: a heater is on */
 
 #define BAUD_DIVISOR 16             /* 115200 (+2.1 %) with U2X at 16 MHz, as on every Uno */
 #define TICK_COUNTS 2000            /* 1 ms of timer 1 at 0.5 us */
@@ -52,13 +53,19 @@ void keep_reset_flags(void)
     wdt_enable(WDTO_60MS);
 }
 
-static void start_pwm(void)
+/* Phase-correct PWM: 0 and 255 are steady levels. 490 Hz. board_heat connects the pins. */
+void board_heaters_off(void)
 {
-    /* Phase-correct PWM: 0 and 255 are steady levels. 490 Hz. The pins are connected by board_heat. */
+    TCCR0A = _BV(WGM00);
+    PORTD &= (uint8_t)~HEATERS;
+    DDRD |= HEATERS;
     OCR0A = 0;
     OCR0B = 0;
-    TCCR0A = _BV(WGM00);
     TCCR0B = _BV(CS01) | _BV(CS00);
+    told[0] = 0;
+    told[1] = 0;
+    heating_mark = 0;
+    PORTB &= (uint8_t)~_BV(LAMP);
 }
 
 static void start_clock(void)
@@ -71,8 +78,8 @@ static void start_clock(void)
 
 static void start_uart(void)
 {
-    UBRR0 = BAUD_DIVISOR;
     UCSR0A = _BV(U2X0);
+    UBRR0 = BAUD_DIVISOR;
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
     UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
 }
@@ -96,11 +103,11 @@ static uint16_t count_boot(void)
 struct start board_start(void)
 {
     struct start start;
-    start_pwm();
-    PORTD |= _BV(STRAP);
     start.cause = reset_flags & (_BV(PORF) | _BV(EXTRF) | _BV(BORF) | _BV(WDRF));
     start.was_heating = heating_mark == HEATING_MARK;
-    heating_mark = 0;
+    board_heaters_off();
+    DDRB |= _BV(LAMP);
+    PORTD |= _BV(STRAP);
     start.boot = count_boot();
     start.role = PIND & _BV(STRAP) ? ROLE_SENSOR : ROLE_HEATER;
     start_clock();
@@ -210,7 +217,13 @@ void board_heat(uint8_t channel, uint8_t duty)
         return;
     }
     told[channel] = duty;
-    heating_mark = told[0] || told[1] ? HEATING_MARK : 0;
+    if (told[0] || told[1]) {
+        heating_mark = HEATING_MARK;
+        PORTB |= _BV(LAMP);
+    } else {
+        heating_mark = 0;
+        PORTB &= (uint8_t)~_BV(LAMP);
+    }
     if (channel == 0) {
         OCR0A = duty;
         TCCR0A = duty ? TCCR0A | _BV(COM0A1) : TCCR0A & (uint8_t)~_BV(COM0A1);
@@ -218,7 +231,6 @@ void board_heat(uint8_t channel, uint8_t duty)
         OCR0B = duty;
         TCCR0A = duty ? TCCR0A | _BV(COM0B1) : TCCR0A & (uint8_t)~_BV(COM0B1);
     }
-    PORTD &= (uint8_t)~HEATERS;
 }
 
 bool board_heats_as_told(void)

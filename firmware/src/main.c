@@ -28,6 +28,7 @@ static void pass_time(void)
         return;
     }
     if (!board_heats_as_told()) {
+        board_heaters_off();
         bench_internal_fault(&bench);
         apply();
     }

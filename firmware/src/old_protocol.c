@@ -7,6 +7,8 @@ void old_start(struct old_protocol *p)
     p->number = 0;
     p->digits = 0;
     p->silence_ms = 0;
+    p->asked = false;
+    p->noisy = false;
     p->have = 0;
     p->command = 0;
     p->pin = 0;
@@ -40,6 +42,7 @@ static struct old_outcome number_done(struct old_protocol *p)
     uint16_t number = p->number;
     p->number = 0;
     p->digits = 0;
+    p->asked = false;
     if (p->have == 0) {
         if (number <= 4) {
             p->command = (uint8_t)number;
@@ -68,31 +71,41 @@ static struct old_outcome number_done(struct old_protocol *p)
 
 struct old_outcome old_byte(struct old_protocol *p, uint8_t byte)
 {
+    bool digit = byte >= '0' && byte <= '9';
+    bool blank = byte == ' ' || byte == '\r' || byte == '\n';
     p->silence_ms = 0;
-    if (byte >= '0' && byte <= '9') {
-        if (p->digits < DIGITS_MAX) {
-            p->number = (uint16_t)(10u * p->number + (byte - '0'));
-            p->digits++;
-        } else {
-            p->number = UINT16_MAX;     /* too long for anything: no command, no pin, no value */
-        }
+    if (!p->noisy && ((digit && !p->asked) || (!digit && !blank))) {
+        old_start(p);
+        p->noisy = true;
+    }
+    if (p->noisy) {
         return ask(OLD_NOTHING, 0, 0);
     }
-    if (byte != '\n' && byte != '\r' && byte != ' ') {
-        old_start(p);                   /* noise: forget what it may have damaged */
-        return ask(OLD_NOTHING, 0, 0);
+    if (blank) {
+        return p->digits ? number_done(p) : ask(OLD_NOTHING, 0, 0);
     }
-    return p->digits ? number_done(p) : ask(OLD_NOTHING, 0, 0);
+    if (p->digits < DIGITS_MAX) {
+        p->number = (uint16_t)(10u * p->number + (byte - '0'));
+        p->digits++;
+    } else {
+        p->number = UINT16_MAX;         /* too long for anything: no command, no pin, no value */
+    }
+    return ask(OLD_NOTHING, 0, 0);
 }
 
 struct old_outcome old_tick(struct old_protocol *p)
 {
-    if (p->digits == 0) {
+    if (p->digits == 0 && !p->noisy) {
+        p->asked = true;
         return ask(OLD_NOTHING, 0, 0);
     }
-    if (++p->silence_ms < OLD_SILENCE_MS) {
-        return ask(OLD_NOTHING, 0, 0);
+    p->silence_ms++;
+    if (p->noisy && p->silence_ms >= OLD_NOISE_SILENCE_MS) {
+        old_start(p);
+        return ask(OLD_PROMPT, 0, 0);
     }
-    p->silence_ms = 0;
-    return number_done(p);
+    if (!p->noisy && p->silence_ms >= OLD_SILENCE_MS) {
+        return number_done(p);
+    }
+    return ask(OLD_NOTHING, 0, 0);
 }

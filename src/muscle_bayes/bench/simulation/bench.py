@@ -4,6 +4,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
 
+from muscle_bayes.bench.protocol import ResetCause
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
 from muscle_bayes.bench.simulation.plant import Plant, TwinPlant
@@ -30,10 +31,20 @@ class VirtualClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        self._now += max(seconds, 0.0)
-        while (self._steps + 1) * STEP <= self._now + 1e-9:
+        end = self._now + max(seconds, 0.0)
+        while (self._steps + 1) * STEP <= end + 1e-9:
             self._steps += 1
+            self._now = self._steps * STEP
             self._step()
+        self._now = max(end, self._now)
+
+
+def _board_link(processor: Processor, name: str) -> Link:
+    def reset() -> None:
+        processor.drop_unsent()
+        processor.reset(ResetCause.EXTERNAL)
+
+    return Link(processor, name, reset)
 
 
 class SimulatedBench:
@@ -49,8 +60,8 @@ class SimulatedBench:
         self.sensor = Processor(heater=False)
         self.heater = Processor(heater=True)
         self.meter_device = MeterEmulator(rig.meter, generators(seed)["meter"])
-        self.sensor_board = Link(self.sensor, "simulated sensor board")
-        self.heater_board = Link(self.heater, "simulated heater board")
+        self.sensor_board = _board_link(self.sensor, "simulated sensor board")
+        self.heater_board = _board_link(self.heater, "simulated heater board")
         self.meter = Link(self.meter_device, "simulated meter")
         self.listeners: list[Listener] = []
         self.clock = VirtualClock(self._step)

@@ -22,12 +22,15 @@ class Link:
     """The host's end of a line: a Transport, with faults to inject.
 
     `garble_to` and `garble_from` change the bytes on the way to and from the device; `deaf` loses
-    what the host sends. A pulled cable raises TransportError at the host; what was on the line to
-    the device is lost; `plug` puts it in again, as a new opening of the port would find it.
+    what the host sends. A pulled cable raises TransportError at the host; `plug` puts it in again
+    and opens the port, which `opened` hears: that resets an Arduino.
     """
 
-    def __init__(self, device: Device, name: str) -> None:
+    def __init__(
+        self, device: Device, name: str, opened: Callable[[], None] = lambda: None
+    ) -> None:
         self.name = name
+        self._opened = opened
         self.garble_to: Callable[[bytes], bytes] | None = None
         self.garble_from: Callable[[bytes], bytes] | None = None
         self.deaf = False
@@ -63,8 +66,9 @@ class Link:
         self.plugged = False
 
     def plug(self) -> None:
-        """Put the cable in again."""
+        """Put the cable in again and open the port."""
         self._device.receive(1 << 16)
+        self._opened()
         self._rest = b""
         self.plugged = True
 

@@ -79,14 +79,18 @@ class Processor:
     def run(self, milliseconds: int) -> tuple[float, float]:
         """Let time pass; mean duty (0-255) of both heater pins over it."""
         library, bridge = self._library, self._bridge
-        self._target += milliseconds * CYCLES_PER_MS
-        library.bridge_run(bridge, self._target)
+        self.run_cycles(milliseconds * CYCLES_PER_MS)
         before = self._duty_cycles
         first = library.bridge_duty_cycles(bridge, 0)
         second = library.bridge_duty_cycles(bridge, 1)
         self._duty_cycles = (first, second)
         cycles = milliseconds * CYCLES_PER_MS
         return (first - before[0]) / cycles, (second - before[1]) / cycles
+
+    def run_cycles(self, cycles: int) -> None:
+        """Let time pass."""
+        self._target += cycles
+        self._library.bridge_run(self._bridge, self._target)
 
     @property
     def duties(self) -> tuple[int, int]:
