@@ -17,7 +17,11 @@ from muscle_bayes.data import Fixture, MuscleElement, Potentiometer
 
 RIG = {
     "fixture": Fixture(
-        rotor_radius_a=0.03, anchor_x_a=0.03, anchor_y_a=0.115, disc_radius=0.0889, stops=(-1.2, 1.2)
+        rotor_radius_a=0.03,
+        anchor_x_a=0.03,
+        anchor_y_a=0.115,
+        disc_radius=0.0889,
+        stops=(-1.2, 1.2),
     ),
     "potentiometer": Potentiometer(zero_reading=512.0, radians_per_count=0.0058),
     "element_a": MuscleElement(base_length=0.1),

@@ -90,7 +90,7 @@ class Course:
                 self._stable_since = now
             since = self._stable_since
             over = since is not None and now - since >= stage.wait
-            if not over and now - self._start > self._timeout:
+            if since is None and now - self._start > self._timeout:
                 raise MuscleBayesError(
                     f"stage {self.number} ({describe(stage)}) was not stable after "
                     f"{self._timeout:g} s. Mend: check the heater and the thermocouple, choose a "

@@ -85,8 +85,11 @@ class SerialTransport:
             raise self._gone(OSError(f"only {sent} of {len(data)} bytes were sent"))
 
     def close(self) -> None:
+        held = getattr(self._port, "_socket", None)
         with suppress(*LINE_ERRORS):
             self._port.close()
+        if held is not None:  # which pyserial forgets to close where the far end went first
+            held.close()
         self._lost = self._lost or "closed"
 
     def _refuse_lost(self) -> None:
