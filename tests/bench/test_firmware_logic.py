@@ -78,8 +78,8 @@ def test_only_heater_commands_feed_the_dead_man(board, verb):
     for _ in range(8):
         board.tick(DEADMAN_MS // 8)
         board.ask(verb)
-    assert board.faults & Fault.DEADMAN or verb == "CLEAR"
     assert board.duties == (0, 0)
+    assert board.faults == (0 if verb == "CLEAR" else Fault.DEADMAN)
 
 
 @pytest.mark.parametrize(
@@ -90,11 +90,10 @@ def test_only_heater_commands_feed_the_dead_man(board, verb):
         encode(1, "DUTY", 200, 100, 250, 250)[:-1] + b"x\n",
         encode(1, "DUTY", 200, 100, 250, 250).lower(),
         b">" + b"1" * 200 + b"\n",
-        b">*1D0F\n",
     ],
 )
 def test_garbled_frames_are_counted_and_do_nothing(board, line):
-    assert Decoder().feed(board.feed(line)) in ([ChecksumReport(1)], [Error(0, "SEQ")])
+    assert Decoder().feed(board.feed(line)) == [ChecksumReport(1)]
     assert board.duties == (0, 0)
 
 

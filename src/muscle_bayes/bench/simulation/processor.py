@@ -93,6 +93,11 @@ class Processor:
         self._library.bridge_run(self._bridge, self._target)
 
     @property
+    def cycle(self) -> int:
+        """Processor cycles since power-on."""
+        return int(self._library.bridge_cycle(self._bridge))
+
+    @property
     def duties(self) -> tuple[int, int]:
         """Duty (0-255) of both heater pins now, from the registers that drive them."""
         library, bridge = self._library, self._bridge
