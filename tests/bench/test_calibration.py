@@ -1,5 +1,7 @@
 """Zero and scale from endstops, against a known potentiometer."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,7 @@ def turned(zero, scale, cycles, noise, rng, start=0.1):
     """Readings of a rotor turned to the lower stop first, held a second at each, at 50 Hz."""
     corners = [start] + [STOPS[0], STOPS[1]] * cycles + [start]
     angle = np.concatenate(
-        [
-            np.r_[np.linspace(a, b, 80), np.full(50, b)]
-            for a, b in zip(corners, corners[1:], strict=False)
-        ]
+        [np.r_[np.linspace(a, b, 80), np.full(50, b)] for a, b in pairwise(corners)]
     )
     return np.rint(zero + angle / scale + rng.normal(0, noise, angle.size)).astype(int)
 

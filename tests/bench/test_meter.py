@@ -89,7 +89,7 @@ def test_short_and_long_answers_are_counted_and_not_used(garble):
 def test_silent_meter_is_asked_again():
     bench = Bench()
     bench.device.silent = True
-    with pytest.raises(MeterError, match="no reading in 2 s.*switch it on"):
+    with pytest.raises(MeterError, match=r"no reading in 2 s.*switch it on"):
         first_reading(bench.meter, bench.clock, 2.0)
     bench.device.silent = False
     assert first_reading(bench.meter, bench.clock, 2.0).temperatures == (30.0, 25.5)
@@ -128,6 +128,13 @@ def served():
     server.close()
 
 
+def poll_for(meter, seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        meter.poll()
+        time.sleep(0.01)
+
+
 def test_thread_polls_over_a_socket_and_tells_when_the_line_goes(served):
     url, stop = served
     meter = ThreadedMeter(Meter(meter_transport(url), RealClock()))
@@ -135,10 +142,7 @@ def test_thread_polls_over_a_socket_and_tells_when_the_line_goes(served):
         reading = first_reading(meter, RealClock(), 5.0)
         assert reading.temperatures == (41.5, None)
         stop.set()
-        end = time.monotonic() + 5.0
         with pytest.raises(MeterError, match="gone"):
-            while time.monotonic() < end:
-                meter.poll()
-                time.sleep(0.01)
+            poll_for(meter, 5.0)
     finally:
         meter.close()

@@ -142,7 +142,7 @@ def test_pulled_sensor_cable_is_a_gap_and_switches_off(tmp_path):
 def test_line_that_stays_away_ends_the_run_with_the_rows_kept(tmp_path, name):
     trial = Trial(tmp_path, f"[limits]\nreconnect_time = 5.0\n{HOLD.format(60.0)}")
     trial.bench.at(6.0, lambda: setattr(getattr(trial.bench, name), "pulled", True))
-    with pytest.raises(RecordingError, match="away.*Heaters are off; .* rows are kept"):
+    with pytest.raises(RecordingError, match=r"away.*Heaters are off; .* rows are kept"):
         trial.record()
     assert trial.run.duration > 5.0
     assert trial.events("end")[0]["complete"] is False
@@ -206,7 +206,7 @@ def test_faults_that_a_person_has_to_look_at_end_the_run(tmp_path, fault, told):
 def test_fault_at_the_start_is_not_cleared_either(tmp_path):
     trial = Trial(tmp_path, HOLD.format(5.0))
     trial.bench.heater.faults = 8
-    with pytest.raises(RecordingError, match="hung.*no row was recorded"):
+    with pytest.raises(RecordingError, match=r"hung.*no row was recorded"):
         trial.record()
     assert trial.bench.heater.faults == 8
 
@@ -254,7 +254,7 @@ def test_hotter_than_the_limit_ends_the_run(tmp_path):
     limits = "[limits]\nmax_temperature = 100.0\n"
     trial = Trial(tmp_path, limits + HOLD.format(60.0))
     trial.bench.at(8.0, lambda: trial.bench.tubes.__setitem__(0, 100.5))
-    with pytest.raises(RecordingError, match="above limits.max_temperature"):
+    with pytest.raises(RecordingError, match=r"above limits\.max_temperature"):
         trial.record()
     assert not trial.heated_after_end
 
@@ -271,7 +271,7 @@ def test_side_without_thermocouple_stays_blank(tmp_path):
 def test_thermocouple_that_a_run_needs_must_be_there(tmp_path):
     trial = Trial(tmp_path, HOLD.format(5.0))
     trial.bench.meter.forced = (None, 25.0)
-    with pytest.raises(RecordingError, match="thermocouple A: open.*plug"):
+    with pytest.raises(RecordingError, match=r"thermocouple A: open.*plug"):
         trial.record()
 
 

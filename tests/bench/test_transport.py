@@ -94,7 +94,7 @@ def test_pulled_cable_of_a_tty():
 
 @pytest.mark.parametrize("url", ["/dev/does-not-exist", "socket://127.0.0.1:1", "bogus://x"])
 def test_line_that_cannot_be_opened(url):
-    with pytest.raises(TransportError, match="cannot be opened.*Mend"):
+    with pytest.raises(TransportError, match=r"cannot be opened.*Mend"):
         SerialTransport(url)
 
 
@@ -153,7 +153,7 @@ def test_settings_reach_the_port(opener, settings):
                     continue
                 if not data:
                     return
-                list(manager.filter(serial.iterbytes(data)))
+                list(manager.filter(data))
 
     thread = threading.Thread(target=serve)
     thread.start()

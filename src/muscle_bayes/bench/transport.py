@@ -47,21 +47,10 @@ class SerialTransport:
     """
 
     def __init__(self, url: str, baudrate: int = BOARD_BAUD, *, parity: str = "N") -> None:
-        import serial
-
         self.url = url
         self._lost: str | None = None
         try:
-            self._port: Any = serial.serial_for_url(
-                url,
-                baudrate=baudrate,
-                bytesize=serial.EIGHTBITS,
-                parity=parity,
-                stopbits=serial.STOPBITS_ONE,
-                timeout=0,
-                write_timeout=_WRITE_TIMEOUT,
-                do_not_open=False,
-            )
+            self._port = _opened(url, baudrate, parity)
         except (*LINE_ERRORS, ValueError) as error:
             raise TransportError(
                 f"{url}: cannot be opened: {_reason(error)}. Mend: check cable and name, and that "
@@ -101,6 +90,15 @@ class SerialTransport:
         return TransportError(
             f"{self.url}: the line is gone: {self._lost}. Mend: check the cable and the power."
         )
+
+
+def _opened(url: str, baudrate: int, parity: str) -> Any:
+    import serial
+
+    settings: dict[str, Any] = {"baudrate": baudrate, "parity": parity, "timeout": 0}
+    if not url.lower().startswith("rfc2217:"):  # pyserial has none there
+        settings["write_timeout"] = _WRITE_TIMEOUT
+    return serial.serial_for_url(url, **settings)
 
 
 def board_transport(url: str) -> SerialTransport:
