@@ -18,6 +18,7 @@
 
 #define QUEUE_SIZE 65536u           /* bytes under way in one direction */
 #define CHANNELS 2
+#define CONVERSIONS 4096u           /* not yet looked at */
 
 /* ATmega328P, addresses in data space. */
 enum {
@@ -45,6 +46,8 @@ struct bridge {
     avr_irq_t *uart_input;
     struct queue to_board, from_board;
     uint32_t cycles_per_byte;
+    uint64_t conversions[CONVERSIONS];  /* cycles at which the converter was started */
+    uint32_t conversion_head, conversion_tail;
     double duty_cycles[CHANNELS];       /* sum of duty (0-255) times cycles */
     int peak[CHANNELS];                 /* highest duty since the last look */
 };
@@ -72,6 +75,15 @@ static void byte_from_board(avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
     put(&((struct bridge *)param)->from_board, (uint8_t)value);
+}
+
+static void conversion_starts(avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct bridge *b = param;
+    (void)irq, (void)value;
+    if (b->conversion_head - b->conversion_tail < CONVERSIONS) {
+        b->conversions[b->conversion_head++ % CONVERSIONS] = b->avr->cycle;
+    }
 }
 
 static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -121,6 +133,8 @@ struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
     b->uart_input = avr_io_getirq(b->avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
     avr_irq_register_notify(
         avr_io_getirq(b->avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), byte_from_board, b);
+    avr_irq_register_notify(avr_io_getirq(b->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
+                            conversion_starts, b);
     return b;
 }
 
@@ -221,6 +235,15 @@ uint32_t bridge_receive(struct bridge *b, uint8_t *bytes, uint32_t room)
         bytes[count++] = b->from_board.bytes[b->from_board.tail++ % QUEUE_SIZE];
     }
     return count;
+}
+
+/* Cycle at which the next conversion that nobody asked for yet was started; 0 where there is none. */
+uint64_t bridge_next_conversion(struct bridge *b)
+{
+    if (b->conversion_tail == b->conversion_head) {
+        return 0;
+    }
+    return b->conversions[b->conversion_tail++ % CONVERSIONS];
 }
 
 void bridge_drop_unsent(struct bridge *b)

@@ -13,8 +13,10 @@ pytestmark = pytest.mark.usefixtures("firmware")
 def check(report, duration):
     assert report.samples >= expected_samples(duration)
     assert report.lost == 0
-    assert report.rate == pytest.approx(1000 / 30, rel=1e-9)
+    assert report.rate == pytest.approx(1000 / 30, rel=1e-6)
     assert report.jitter < 1e-4
+    assert report.stamp_error < 1e-4
+    assert report.jitter > 0
     assert 0.002 < report.latency_median < 0.01
     assert report.latency_most < 0.02
 

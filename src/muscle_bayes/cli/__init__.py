@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from muscle_bayes.cli.bench_test import bench_test
 from muscle_bayes.cli.calibrate import calibrate
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
@@ -50,6 +51,7 @@ app.command("simulate")(guarded(simulate))
 app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))
 app.command("record")(guarded(record))
+app.command("bench-test")(guarded(bench_test))
 app.command("study")(guarded(study))
 
 

@@ -33,6 +33,7 @@ _SIGNATURES: Final = {
     "bridge_unsent": ([ctypes.c_void_p], c_uint32),
     "bridge_drop_unsent": ([ctypes.c_void_p], None),
     "bridge_receive": ([ctypes.c_void_p, POINTER(c_uint8), c_uint32], c_uint32),
+    "bridge_next_conversion": ([ctypes.c_void_p], c_uint64),
     "bridge_analog": ([ctypes.c_void_p, c_int, c_uint32], None),
     "bridge_ground_pin_d": ([ctypes.c_void_p, c_int, c_int], None),
     "bridge_reset": ([ctypes.c_void_p, c_uint8, c_int], None),
@@ -130,6 +131,13 @@ class Processor:
         room = min(max_bytes, len(self._buffer))
         count = self._library.bridge_receive(self._bridge, self._buffer, room)
         return bytes(self._buffer[:count])
+
+    def conversions(self) -> list[int]:
+        """Cycles at which the converter was started since the last call; 4096 are kept."""
+        started = []
+        while cycle := self._library.bridge_next_conversion(self._bridge):
+            started.append(int(cycle))
+        return started
 
     def set_analog(self, counts: int, channel: int = 0) -> None:
         """Put the voltage on an analog input that converts to that many counts."""
