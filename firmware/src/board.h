@@ -16,7 +16,7 @@ uint8_t board_take_ticks(void);
 /* The watchdog's 64 ms start anew. */
 void board_alive(void);
 
-/* The newest sample, once; false where there is no new one. */
+/* The next sample, one a millisecond; false where there is no new one. */
 bool board_take_sample(struct sample *sample);
 
 /* A received byte, or -1. */

@@ -19,6 +19,7 @@
 
 #define RX_SIZE 128                 /* powers of two */
 #define TX_SIZE 256
+#define SAMPLES 8                   /* one a millisecond: the main loop may be that much behind */
 #define HEATING_MARK 0x48454154ul
 
 static uint8_t *const BOOT_CELLS = (uint8_t *)2;    /* cell 0 is known to suffer in brown-outs */
@@ -31,8 +32,8 @@ static volatile uint8_t rx[RX_SIZE], tx[TX_SIZE];
 static volatile uint8_t rx_head, rx_tail, tx_head, tx_tail;
 static volatile uint8_t ticks;
 static volatile uint32_t millis;
-static volatile struct sample newest;
-static volatile bool sample_ready;
+static volatile struct sample samples[SAMPLES];
+static volatile uint8_t sample_head, sample_tail;
 static uint8_t told[CHANNELS];
 
 /* Heaters off before anything else: before the stack, before the C runtime. */
@@ -129,9 +130,9 @@ ISR(TIMER1_COMPA_vect)
 ISR(ADC_vect)
 {
     /* The conversion began with the millisecond; the interrupt's own delay is no part of the stamp. */
-    newest.micros = millis * 1000ul;
-    newest.adc = ADC;
-    sample_ready = true;
+    samples[sample_head].micros = millis * 1000ul;
+    samples[sample_head].adc = ADC;
+    sample_head = (uint8_t)(sample_head + 1) & (SAMPLES - 1);
 }
 
 ISR(USART_RX_vect)
@@ -176,15 +177,13 @@ void board_alive(void)
 
 bool board_take_sample(struct sample *sample)
 {
-    bool ready;
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        ready = sample_ready;
-        sample->micros = newest.micros;
-        sample->adc = newest.adc;
-        sample_ready = false;
+    if (sample_tail == sample_head) {
+        return false;
     }
-    return ready;
+    sample->micros = samples[sample_tail].micros;
+    sample->adc = samples[sample_tail].adc;
+    sample_tail = (uint8_t)(sample_tail + 1) & (SAMPLES - 1);
+    return true;
 }
 
 int16_t board_receive(void)
@@ -286,7 +285,7 @@ bool board_digital(uint8_t pin)
 void board_idle(void)
 {
     cli();
-    if (ticks == 0 && rx_tail == rx_head && !sample_ready) {
+    if (ticks == 0 && rx_tail == rx_head && sample_tail == sample_head) {
         SMCR = _BV(SE);
         sei();                          /* takes effect after the next instruction: no wake-up is lost */
         sleep_cpu();
