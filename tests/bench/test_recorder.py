@@ -27,10 +27,11 @@ class Trial:
         self.bench.clock.listeners.append(
             lambda now: self.duties.append((now, max(self.bench.heater.duties)))
         )
-        sequence = parse_sequence(toml.encode(), "trial.toml")
+        named = toml if "[[run]]" in toml else f'name = "trial"\n{toml}'
+        sequence = parse_sequence(named.encode(), "sequence.toml")
         self.session = Session(
             sequence,
-            folder / "trial.toml",
+            folder / "sequence.toml",
             folder,
             self.bench.devices(),
             self.bench.operator,

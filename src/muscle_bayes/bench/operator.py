@@ -37,11 +37,12 @@ class Keyboard:
     """Keys of the terminal, without the need of Enter; on a pipe, its bytes."""
 
     def __init__(self, descriptor: int | None = None) -> None:
-        self._descriptor = sys.stdin.fileno() if descriptor is None else descriptor
+        """On standard input unless a descriptor is given."""
         self._before: Any = None
-        self._ended = False
         self._asked = False
-        if termios is not None and os.isatty(self._descriptor):
+        self._descriptor = _standard_input() if descriptor is None else descriptor
+        self._ended = self._descriptor < 0
+        if termios is not None and not self._ended and os.isatty(self._descriptor):
             self._before = termios.tcgetattr(self._descriptor)
             tty.setcbreak(self._descriptor)
 
@@ -77,3 +78,11 @@ class Keyboard:
                 "a load has to be changed and nobody can press a key: there is no keyboard. "
                 "Mend: run this in a terminal, or use a sequence without loads in its stages."
             )
+
+
+def _standard_input() -> int:
+    """Its descriptor, -1 where there is none."""
+    try:
+        return sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):
+        return -1

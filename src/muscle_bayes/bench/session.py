@@ -8,8 +8,8 @@ from typing import Any, Final
 from muscle_bayes.bench.devices import Devices
 from muscle_bayes.bench.operator import Operator
 from muscle_bayes.bench.recorder import Outcome, Recorder, Settings, StoppedError
-from muscle_bayes.bench.run_file import RunFile, free_name, is_complete
-from muscle_bayes.bench.sequence import RunPlan, Sequence, run_metadata
+from muscle_bayes.bench.run_file import RunFile, free_name, is_complete, run_files
+from muscle_bayes.bench.sequence import RunPlan, Sequence, SequenceError, run_metadata
 from muscle_bayes.bench.status import NoView, View
 from muscle_bayes.data import Origin
 
@@ -47,6 +47,13 @@ class Session:
         """Raise SequenceError where a run's metadata cannot be made; nothing is written."""
         for plan in self.plans():
             self._metadata(plan)
+            if self.path.resolve() == run_files(self.folder, plan.name)[1].resolve():
+                raise SequenceError.at(
+                    self.path,
+                    f"the metadata of run {plan.name!r} would go by the name of this file",
+                    "choose another --out, or give the run a name of its own",
+                    key="name",
+                )
 
     def record(self) -> Iterator[Outcome]:
         """Record what is not recorded. Raises RecordingError; later runs are not begun then."""
