@@ -87,6 +87,7 @@ class FakeBoard(FakeLine):
         self.duties = (0, 0)
         self.temperatures: tuple[str, ...] = ()
         self.limits = (255, 60000, 1100)
+        self.tightest = self.limits
         self.silent = False
         self.rate = 1.0
         """board seconds per second"""
@@ -146,7 +147,8 @@ class FakeBoard(FakeLine):
             self._period, self._due = int(arguments[0]) / 1000, self._now
             answer = (arguments[0],)
         elif verb == "LIMIT":
-            self.limits = (int(arguments[0]), int(arguments[1]), int(arguments[2]))
+            wanted = map(int, arguments)
+            self.limits = tuple(min(pair) for pair in zip(wanted, self.tightest, strict=True))
             answer = self.limits
         elif verb == "CLEAR":
             self.faults = 0

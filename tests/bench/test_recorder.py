@@ -114,6 +114,20 @@ def test_the_first_load_is_asked_for_before_the_run(tmp_path):
     assert trial.run.metadata.load.mass == (0.139,)
 
 
+def test_nobody_there_to_hang_the_load_switches_off_until_somebody_is(tmp_path):
+    later = "[[stage]]\nsetpoint_a = 85.0\nduration = 5.0\nload = 0.166\n"
+    limits = "[limits]\noperator_timeout = 10.0\n"
+    trial = Trial(tmp_path, f"{limits}{HOLD.format(3.0)}{later}")
+    trial.bench.operator.delay = 20.0
+    (outcome,) = trial.record()
+    assert outcome.complete
+    assert trial.heated_between(4.0, 12.0)
+    assert not trial.heated_between(14.0, 23.0)
+    assert trial.heated_between(24.0, 28.0)
+    assert trial.run.duration == pytest.approx(28.0, abs=0.2)
+    assert trial.run.gaps == []
+
+
 def test_stages_before_the_first_logged_one_write_nothing(tmp_path):
     trial = Trial(tmp_path, f"[[stage]]\nduration = 5.0\nlogged = false\n{HOLD.format(2.0)}")
     trial.record()
@@ -182,6 +196,13 @@ def test_heater_board_that_reboots_gets_its_limits_again(tmp_path):
     assert outcome.figures["recoveries"] == 1
     assert trial.bench.heater.limits == (200, 60000, 1100)
     assert trial.heated_between(5.0, 9.0)
+
+
+def test_tighter_limits_of_the_board_are_told(tmp_path):
+    trial = Trial(tmp_path, HOLD.format(5.0))
+    trial.bench.heater.tightest = (180, 60000, 700)
+    with pytest.raises(RecordingError, match=r"tighter limits.*duty 180, 70 C.*reset button"):
+        trial.record()
 
 
 def test_dead_man_is_cleared_a_few_times_only(tmp_path):

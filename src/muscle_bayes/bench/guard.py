@@ -161,7 +161,13 @@ class Guard:
             clock.sleep(0.005)
             board.poll()
         self._treat_faults(board)
-        board.limit(self._limits.max_duty, _MOST_ON_MS, self._limits.max_temperature)
+        wanted = (self._limits.max_duty, _MOST_ON_MS, self._limits.max_temperature)
+        duty, _, temperature = board.limit(*wanted)
+        if duty < wanted[0] or temperature < wanted[2] - 0.05:
+            raise RecordingError(
+                f"the heater board holds to tighter limits than the sequence's: duty {duty}, "
+                f"{temperature:g} C. Mend: press its reset button, or lower the sequence's limits"
+            )
 
     def _treat_faults(self, board: Board) -> None:
         faults = board.faults
