@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools protocol-doc
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -36,14 +36,17 @@ lint: $(READY) ## style, types and the direction of imports
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-firmware: firmware-tools ## build the boards' firmware, its simulator and its host library
-	@$(MAKE) --no-print-directory --directory firmware
+firmware: firmware-tools ## build the boards' firmware and its simulator (GAINS=gains.h)
+	@$(MAKE) --no-print-directory --directory firmware $(if $(GAINS),GAINS=$(abspath $(GAINS)))
 
 firmware-tools: ## install the AVR compiler and simavr with apt where they are missing
 	@sh scripts/firmware-tools
 
 data: $(READY) ## write the shipped synthetic runs anew, byte for byte
 	@$(BIN)/muscle-bayes simulate shipped --out data
+
+protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
+	@$(BIN)/python scripts/write_protocol_doc.py
 
 lock: ## pin every dependency again (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml --output-file requirements.lock

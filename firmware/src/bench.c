@@ -27,6 +27,7 @@ static uint8_t faults_of(struct start start)
 void bench_start(struct bench *b, struct start start)
 {
     safety_start(&b->safety, faults_of(start));
+    control_stop(&b->control);
     frame_start(&b->frame);
     old_start(&b->old);
     text_clear(&b->out);
@@ -123,9 +124,21 @@ void bench_byte(struct bench *b, uint8_t byte)
     tell_faults(b);
 }
 
+/* A controller that was switched off by a fault starts anew when it is told to. */
+static void control(struct bench *b)
+{
+    uint8_t duty[CHANNELS];
+    if (b->safety.faults) {
+        control_stop(&b->control);
+    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.adc, duty)) {
+        safety_drive(&b->safety, duty);
+    }
+}
+
 void bench_tick(struct bench *b)
 {
     safety_tick(&b->safety);
+    control(b);
     if (b->dialect != DIALECT_FRAMED) {
         old_act(b, old_tick(&b->old));
     }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "control.h"
 #include "frame.h"
 #include "old_protocol.h"
 #include "safety.h"
@@ -34,6 +35,7 @@ enum dialect { DIALECT_OPEN, DIALECT_OLD, DIALECT_FRAMED };
 
 struct bench {
     struct safety safety;
+    struct control control;
     struct start start;
     struct frame frame;
     struct old_protocol old;

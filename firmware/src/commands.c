@@ -82,7 +82,35 @@ static void run_duty(struct call *c)
         c->error = "ROLE";
         return;
     }
+    control_stop(&b->control);
     safety_command(&b->safety, duty, temperature);
+    duties_and_faults(b);
+}
+
+static void run_hold(struct call *c)
+{
+    struct bench *b = c->b;
+    int16_t temperature[CHANNELS];
+    int16_t setpoint = (int16_t)number(c, 0, 1023);
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        temperature[i] = reading(c);
+    }
+    if (!sound(c)) {
+        return;
+    }
+    if (b->start.role != ROLE_HEATER) {
+        c->error = "ROLE";
+        return;
+    }
+    if (!b->sampled) {
+        c->error = "BUSY";
+        return;
+    }
+    if (!control_hold(&b->control, setpoint)) {
+        c->error = "GAINS";
+        return;
+    }
+    safety_report(&b->safety, temperature);
     duties_and_faults(b);
 }
 
@@ -146,6 +174,7 @@ static void run_clear(struct call *c)
 static void run_off(struct call *c)
 {
     if (sound(c)) {
+        control_stop(&c->b->control);
         safety_off(&c->b->safety);
     }
 }
@@ -156,6 +185,7 @@ static const struct {
 } verbs[] = {
     {"ID", run_id},         {"DUTY", run_duty},   {"STREAM", run_stream}, {"READ", run_read},
     {"LIMIT", run_limit},   {"CLEAR", run_clear}, {"OFF", run_off},
+    {"HOLD", run_hold},
 };
 
 static void run(struct call *c, const char *verb, uint8_t length)

@@ -50,13 +50,13 @@ static void follow_meter(struct safety *s, uint8_t i, int16_t temperature)
     }
 }
 
-void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_t temperature[CHANNELS])
+static void check(struct safety *s, const bool heated[CHANNELS], const int16_t temperature[CHANNELS])
 {
     uint8_t fault = 0;
     s->silence_ms = 0;
     for (uint8_t i = 0; i < CHANNELS; i++) {
         int16_t t = temperature[i];
-        if (absurd(t) || (t == NO_READING && duty[i] > 0)) {
+        if (absurd(t) || (t == NO_READING && heated[i])) {
             fault |= FAULT_SENSOR;
         } else if (t > s->limits.temperature) {
             fault |= FAULT_TEMPERATURE;
@@ -66,12 +66,29 @@ void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_
     if (fault) {
         safety_fault(s, fault);
     }
+}
+
+void safety_report(struct safety *s, const int16_t temperature[CHANNELS])
+{
+    const bool heated[CHANNELS] = {true, true};
+    check(s, heated, temperature);
+}
+
+void safety_drive(struct safety *s, const uint8_t duty[CHANNELS])
+{
     if (s->faults) {
         return;
     }
     for (uint8_t i = 0; i < CHANNELS; i++) {
         s->duty[i] = within(s, duty[i]);
     }
+}
+
+void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_t temperature[CHANNELS])
+{
+    const bool heated[CHANNELS] = {duty[0] > 0, duty[1] > 0};
+    check(s, heated, temperature);
+    safety_drive(s, duty);
 }
 
 void safety_command_old(struct safety *s, uint8_t channel, uint8_t duty)

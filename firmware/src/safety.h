@@ -42,6 +42,11 @@ void safety_start(struct safety *s, uint8_t faults);
  * With any fault latched or raised the duties become 0. */
 void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_t temperature[CHANNELS]);
 
+/* The command's two halves, for a controller on the board: temperatures feed the dead-man and are
+ * checked as if both channels heated; duties are only set. */
+void safety_report(struct safety *s, const int16_t temperature[CHANNELS]);
+void safety_drive(struct safety *s, const uint8_t duty[CHANNELS]);
+
 /* One channel's duty by the old protocol, which reports no temperature. Feeds the dead-man. */
 void safety_command_old(struct safety *s, uint8_t channel, uint8_t duty);
 

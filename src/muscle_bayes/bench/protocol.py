@@ -106,7 +106,7 @@ class Field:
 
 _U16 = 0xFFFF
 _U32 = 0xFFFFFFFF
-_SEQ = Field("SEQ", "number of the command, chosen by the host and repeated in the reply", 0, _U16)
+SEQUENCE: Final = Field("SEQ", "number of the command, chosen by the host and repeated in the reply", 0, _U16)
 _VERSION = Field("VERSION", "of the protocol", 1, _U16)
 _FIRMWARE = Field("FIRMWARE", "version of the firmware", 1, _U16)
 _BOOT = Field("BOOT", "number of this boot, kept in EEPROM, wraps", 0, _U16)
@@ -121,6 +121,7 @@ _PERIOD = Field("PERIOD_MS", "between samples, 5 to 10000, 0 = no stream", 0, 10
 _NUMBER = Field("N", "number of the sample, wraps", 0, _U16)
 _MICROS = Field("MICROS", "board's clock at the sample, us, wraps", 0, _U32)
 _ADC = Field("ADC", "analog input 0", 0, 1023)
+_SETPOINT = Field("SETPOINT", "analog input 0 that is wanted", 0, 1023)
 _MAX_DUTY = Field("MAXDUTY", "highest duty", 0, 255)
 _MAX_ON = Field("MAXON_MS", "time above half power, less the time below it, ms", 0, _U16)
 _MAX_T = Field("MAXT", "highest reported temperature, 0.1 C", 0, 32767)
@@ -135,6 +136,7 @@ ERRORS: Final = {
     "RANGE": "an argument is out of range",
     "ROLE": "heat was asked of a sensor board",
     "FAULT": "CLEAR was refused: the cause of a fault lasts",
+    "GAINS": "HOLD was refused: no gains are compiled in",
     "BUSY": "no sample has been taken yet; ask again",
 }
 """Codes of an ERR reply."""
@@ -196,6 +198,13 @@ MESSAGES: Final = Table(
         ),
         Command("CLEAR", "clear latched faults; heaters stay off", (), (_FAULTS,)),
         Command("OFF", "heaters off"),
+        Command(
+            "HOLD",
+            "let the board hold an angle by the gains compiled in; feeds the dead-man like DUTY; "
+            "ended by DUTY, OFF or a fault",
+            (_SETPOINT, _T0, _T1),
+            (_D0, _D1, _FAULTS),
+        ),
     ),
     notices=(
         Notice("=", "", "a streamed sample", (_NUMBER, *_SAMPLE)),
@@ -304,7 +313,7 @@ def encode(sequence: int, verb: str, *arguments: int | None) -> bytes:
     if len(arguments) != len(command.arguments):
         names = " ".join(field.name for field in command.arguments) or "nothing"
         raise ProtocolError(f"{verb} got {len(arguments)} arguments. Mend: it takes {names}.")
-    words = [_SEQ.write(sequence), verb]
+    words = [SEQUENCE.write(sequence), verb]
     words += [field.write(value) for field, value in zip(command.arguments, arguments, strict=True)]
     return frame(">" + " ".join(words))
 
@@ -360,7 +369,7 @@ class Decoder:
 def _message(text: str) -> Message:
     start, words = text[:1], text[1:].split(" ")
     if start == "<" and len(words) >= 2:
-        sequence = _SEQ.read(words[0])
+        sequence = SEQUENCE.read(words[0])
         assert isinstance(sequence, int)
         if words[1] == "OK":
             return Reply(sequence, tuple(words[2:]))

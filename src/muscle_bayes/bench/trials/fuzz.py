@@ -28,8 +28,8 @@ LONGEST_HEAT: Final = 0.5
 """s for which a heater may stay on after the last valid command."""
 _LETTERS = b"DUTYSREAMOFCLIBX 0123456789-*>\r\n"
 _OUT_OF_RANGE = 3
-_VERBS = ("DUTY", "CLEAR", "READ", "ID", "OFF", "STREAM", "LIMIT")
-_SHARES = (0.6, 0.2, 0.05, 0.05, 0.05, 0.04, 0.01)
+_VERBS = ("DUTY", "CLEAR", "READ", "ID", "OFF", "STREAM", "HOLD", "LIMIT")
+_SHARES = (0.6, 0.2, 0.05, 0.05, 0.05, 0.02, 0.02, 0.01)
 _RESET_EVERY = 20_000
 """bytes"""
 _ACTING, _BOOTING = 3, 30
