@@ -106,18 +106,22 @@ class Guard:
         if meter.device is None and meter.retry() is not None:
             self._tell("meter is back")
 
-    def heaters_off(self) -> None:
-        """Switch off and end the stream, with the boards' word for it where they answer."""
-        for link, verb, arguments in (
-            (self._devices.heater, "OFF", ()),
-            (self._devices.sensor, "STREAM", (0,)),
-        ):
-            if link.device is None:
-                continue
-            try:
-                link.device.request(verb, *arguments, timeout=_OFF_TIME)
-            except MuscleBayesError as error:
-                link.lose(error)
+    def heaters_off(self) -> bool:
+        """Switch off, end the stream, and tell whether the heater board has said that it is off."""
+        off = self._request(self._devices.heater, "OFF")
+        self._request(self._devices.sensor, "STREAM", 0)
+        return off
+
+    def _request(self, link: Link[Board], verb: str, *arguments: int) -> bool:
+        """Whether the board has answered; one that does not is let go."""
+        if link.device is None:
+            return False
+        try:
+            link.device.request(verb, *arguments, timeout=_OFF_TIME)
+        except MuscleBayesError as error:
+            link.lose(error)
+            return False
+        return True
 
     def _read_meter(self, now: float) -> None:
         link = self._devices.meter

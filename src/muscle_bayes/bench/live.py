@@ -1,6 +1,7 @@
 """The view in the terminal."""
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from math import degrees
 from types import TracebackType
 from typing import Self
@@ -37,6 +38,17 @@ class TerminalView:
         trace: TracebackType | None,
     ) -> None:
         self._live.stop()
+
+    @contextmanager
+    def away(self) -> Iterator[None]:
+        """Takes the panel away, for what is printed inside the `with` block."""
+        self._live.stop()
+        try:
+            yield
+        finally:
+            if self._console.is_terminal:
+                self._live = Live(console=self._console, auto_refresh=False, transient=True)
+                self._live.start()
 
     def ask(self, question: str) -> None:
         """Show a question before a run begins; empty takes it away."""

@@ -28,6 +28,10 @@ POLL: Final = 0.005
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
 _FIRST_READING: Final = 10.0
+_HEATERS: Final = {
+    True: "Heaters are off;",
+    False: "The heater board does not answer: it switches its heaters off by itself within 0.5 s;",
+}
 
 
 class StoppedError(RecordingError):
@@ -94,18 +98,20 @@ class Recorder:
         Raises RecordingError (StoppedError where the operator ended it); the rows so far are kept.
         """
         reason, complete = "interrupted", False
+        failure: MuscleBayesError | None = None
         try:
             self._start()
             while not (over := self._turn()):
                 self._clock.sleep(POLL)
             reason, complete = over, True
         except MuscleBayesError as error:
-            reason = str(error).rstrip(".")
-            kind = StoppedError if isinstance(error, StoppedError) else RecordingError
-            raise kind(f"{self._file.name}: {reason}. Heaters are off; {self._kept()}") from None
+            failure, reason = error, str(error).rstrip(".")
         finally:
-            self._guard.heaters_off()
+            off = self._guard.heaters_off()
             self._end(complete, reason)
+        if failure is not None:
+            kind = StoppedError if isinstance(failure, StoppedError) else RecordingError
+            raise kind(f"{self._file.name}: {reason}. {_HEATERS[off]} {self._kept()}")
         return Outcome(
             self._file.name, self._rows.rows, self._rows.time, complete, reason, self._figures()
         )

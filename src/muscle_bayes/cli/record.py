@@ -80,7 +80,8 @@ def record(
             stack.enter_context(_plotted(session))
         try:
             for outcome in session.record():
-                report["runs"].append(_told(outcome, out))
+                with view.away():
+                    report["runs"].append(_told(outcome, out))
         except MuscleBayesError as error:
             report["error"] = str(error)
             raise
@@ -208,7 +209,7 @@ def _show_settlings(settled: list[Any]) -> None:
             f"{one.setpoint:.1f} C",
             f"{one.step:+.1f} C",
             "yes" if one.settled else "no",
-            f"{one.settling_time:.1f} s",
+            f"{one.settling_time:.1f} s" if one.settled else "-",
             f"{one.overshoot:.1f} C",
             f"{one.error:+.2f} C",
         )
