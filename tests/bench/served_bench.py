@@ -74,17 +74,25 @@ class ServedBench:
             self._serve_meter()
 
     def _serve_meter(self):
-        meter = self.bench.meter
         if self._meter is None:
             if select.select([self._server], [], [], 0)[0]:
                 self._meter, _ = self._server.accept()
             return
-        if select.select([self._meter], [], [], 0)[0]:
-            if data := self._meter.recv(64):
-                meter.received(data)
-            else:
-                self._meter.close()
-                self._meter = None
-        elif meter.out:
-            self._meter.sendall(meter.out)
+        try:
+            if not self._exchange(self._meter):
+                raise ConnectionError
+        except OSError:  # the host went, in whichever way
+            self._meter.close()
+            self._meter = None
+
+    def _exchange(self, line):
+        """Pass bytes on both ways; whether the line stands."""
+        meter = self.bench.meter
+        if select.select([line], [], [], 0)[0]:
+            if not (data := line.recv(64)):
+                return False
+            meter.received(data)
+        if meter.out:
+            line.sendall(meter.out)
             meter.out = b""
+        return True

@@ -98,6 +98,17 @@ def test_line_that_cannot_be_opened(url):
         SerialTransport(url)
 
 
+def test_a_port_is_opened_once_only():
+    far, near = pty.openpty()
+    first = board_transport(os.ttyname(near))
+    with pytest.raises(TransportError, match=r"cannot be opened: .*lock.*no other program"):
+        board_transport(os.ttyname(near))
+    first.close()
+    board_transport(os.ttyname(near)).close()
+    os.close(far)
+    os.close(near)
+
+
 def test_full_line_is_a_loss_and_no_long_wait():
     far, near = pty.openpty()
     transport = board_transport(os.ttyname(near))

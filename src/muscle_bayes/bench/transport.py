@@ -96,6 +96,7 @@ def _opened(url: str, baudrate: int, parity: str) -> Any:
     import serial
 
     settings: dict[str, Any] = {"baudrate": baudrate, "parity": parity, "timeout": 0}
+    settings["exclusive"] = True  # two programs on one heater board would fight
     if not url.lower().startswith("rfc2217:"):  # pyserial has none there
         settings["write_timeout"] = _WRITE_TIMEOUT
     return serial.serial_for_url(url, **settings)
