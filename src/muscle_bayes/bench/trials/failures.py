@@ -27,10 +27,9 @@ _HEATER_PINS = 0b0110_0000
 
 @dataclass(frozen=True)
 class Incident:
-    """Where a failure strikes: the bench, its host, and the random numbers of this one."""
+    """Where a failure strikes, and the random numbers of this one. A strike takes no time."""
 
     bench: SimulatedBench
-    host: HeatingHost
     random: np.random.Generator
 
 
@@ -89,8 +88,7 @@ def pull_cable(at: Incident) -> None:
 def pull_and_plug(at: Incident) -> None:
     """The cable is pulled and plugged in again, which resets the board."""
     at.bench.heater_board.pull()
-    at.bench.clock.sleep(float(at.random.uniform(0.001, 0.3)))
-    at.bench.heater_board.plug()
+    _later(at.bench, int(at.random.integers(1, 300)), at.bench.heater_board.plug)
 
 
 def noise(alphabet: bytes) -> Callable[[Incident], None]:
@@ -197,8 +195,9 @@ def hit_registers(at: Incident) -> None:
 
 def stop_then_hang(at: Incident) -> None:
     """The host dies, and just before its silence is noticed the firmware hangs."""
-    at.bench.clock.sleep(float(at.random.uniform(0.3, 0.365)))
-    at.bench.heater.hang(interrupts=bool(at.random.integers(2)))
+    interrupts = bool(at.random.integers(2))
+    when = int(at.random.integers(300, 366))
+    _later(at.bench, when, lambda: at.bench.heater.hang(interrupts=interrupts))
 
 
 FAILURES: Final[tuple[Failure, ...]] = (
@@ -251,7 +250,7 @@ def inject(failure: Failure, seed: int) -> Outcome:
 
         bench.listeners.append(watch)
         struck = bench.clock.now()
-        failure.strike(Incident(bench, host, random))
+        failure.strike(Incident(bench, random))
         rest = struck + failure.known_after + ALLOWED + AFTERMATH - bench.clock.now()
         if failure.host_lives:
             host.run(rest)
@@ -275,6 +274,12 @@ def inject_all(
         outcomes.append(inject(failure, each))
         progress((number + 1) / len(planned))
     return outcomes
+
+
+def _later(bench: SimulatedBench, milliseconds: int, act: Callable[[], None]) -> None:
+    """Have something happen after that time."""
+    due = round(bench.clock.now() / STEP) + milliseconds
+    bench.listeners.append(lambda now: act() if now == due else None)
 
 
 def _every_millisecond(bench: SimulatedBench, bytes_at: Callable[[int], bytes]) -> None:
