@@ -42,10 +42,10 @@ def log(folder: Path, counter: mmap.mmap) -> None:
         counter[:16] = struct.pack("qq", *begun)
         write(self, sample, causes)
 
-    def counted_change(self: RunFile, moment: float, mass: float) -> None:
+    def counted_change(self: RunFile, *arguments: float) -> None:
         begun[1] += 1
         counter[:16] = struct.pack("qq", *begun)
-        change(self, moment, mass)
+        change(self, *arguments)
 
     RowWriter.write, RunFile.change_load = counted_write, counted_change
     bench = FakeBench()

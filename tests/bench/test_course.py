@@ -70,10 +70,16 @@ def test_load_is_waited_for_and_the_time_counts_from_the_key():
     assert way.waiting
     assert way.question.startswith("Hang 200 g")
     assert not way.is_over(50.0, True, 0.0)
-    assert way.confirm(60.0) == 0.2
+    assert way.confirm(60.0).load == way.load == 0.2
     assert not way.waiting
     assert not way.is_over(61.9, True, 0.0)
     assert way.is_over(62.0, True, 0.0)
+
+
+def test_pour_is_asked_for_in_its_own_words():
+    way = course(Stage(duration=2.0, load=0.2, pour_time=4.0))
+    way.advance(0.0)
+    assert way.question == "Press a key as you begin to pour, over 4 s, up to 200 g"
 
 
 def test_load_that_hangs_already_is_not_asked_for():

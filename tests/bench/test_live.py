@@ -22,7 +22,7 @@ STATUS = Status(
     stage_number=6,
     stages=32,
     time_to_go=3725.0,
-    question="Hang 166 g, then press a key; q stops",
+    question="Hang 166 g and press a key as it hangs",
     troubles=("thermocouple A: stuck. Mend: release HOLD.",),
     faults="the firmware hung",
     lost=2,
@@ -50,7 +50,7 @@ def test_panel_tells_everything():
         "off",
         "heaters off: thermocouple A: stuck",
         "latched: the firmware hung",
-        "Hang 166 g",
+        "Hang 166 g and press a key as it hangs; q stops",
     ]:
         assert words in text
 

@@ -102,7 +102,7 @@ def test_load_is_asked_for_and_stands_in_the_metadata_at_the_key_press(tmp_path)
     assert trial.bench.operator.asked == [0.166]
     assert load.mass == (0.139, 0.166)
     assert load.time[1] == pytest.approx(3.0 + trial.bench.operator.delay, abs=0.1)
-    (asked,), (hangs,) = trial.events("load asked for"), trial.events("load hangs")
+    (asked,), (hangs,) = trial.events("load asked for"), trial.events("load")
     assert hangs["time"] - asked["time"] == pytest.approx(0.3, abs=0.05)
 
 

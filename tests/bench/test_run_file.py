@@ -72,6 +72,15 @@ def test_load_changes_and_notes_replace_the_metadata_whole(tmp_path, metadata):
     file.close()
 
 
+def test_pour_is_told_in_steps(tmp_path, metadata):
+    file = RunFile(tmp_path, "x", metadata)
+    file.change_load(10.0, 0.239, 1.0)
+    load = read_metadata(tmp_path / "x.toml").load
+    assert load.time == (0.0, 10.1, 10.3, 10.5, 10.7, 10.9)
+    assert load.mass == (0.139, 0.159, 0.179, 0.199, 0.219, 0.239)
+    file.close()
+
+
 def test_events(tmp_path, metadata):
     file = RunFile(tmp_path, "x", metadata)
     file.event("gap", start=1.0, causes=["é"])

@@ -46,9 +46,13 @@ class Course:
     @property
     def question(self) -> str:
         """What the operator is asked, empty if nothing."""
-        if not self.waiting or self.stage is None or self.stage.load is None:
+        stage = self.stage
+        if not self.waiting or stage is None or stage.load is None:
             return ""
-        return f"Hang {1000 * self.stage.load:g} g, then press a key; q stops"
+        mass = f"{1000 * stage.load:g} g"
+        if stage.pour_time > 0:
+            return f"Press a key as you begin to pour, over {stage.pour_time:g} s, up to {mass}"
+        return f"Hang {mass} and press a key as it hangs"
 
     def advance(self, now: float) -> Stage | None:
         """Begin the next stage at a time [s] and return it, None at the end."""
@@ -66,13 +70,13 @@ class Course:
         self._start = now
         self._stable_since = None
 
-    def confirm(self, now: float) -> float:
-        """The load hangs; returns it [kg]."""
+    def confirm(self, now: float) -> Stage:
+        """The operator's key: the load hangs, or begins to be poured. Returns the stage."""
         assert self.stage is not None
         assert self.stage.load is not None
         self.waiting, self.load = False, self.stage.load
         self.restart(now)
-        return self.load
+        return self.stage
 
     def is_over(self, now: float, stable: bool, reading: float) -> bool:
         """Whether the stage ends now; `stable`: every heated channel is; `reading` in counts.

@@ -83,7 +83,7 @@ def panel(status: Status) -> RenderableType:
     if status.faults:
         parts.append(Text(f"latched: {status.faults}", style="bold red"))
     if status.question:
-        parts.append(Text(status.question, style="bold reverse yellow"))
+        parts.append(Text(f"{status.question}; q stops", style="bold reverse yellow"))
     return Panel(Group(*parts), title=Text(status.name), title_align="left")
 
 

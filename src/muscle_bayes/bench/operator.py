@@ -21,7 +21,7 @@ class Operator(Protocol):
     """Asked for loads; `poll` tells what was pressed since."""
 
     def ask(self, load: float, pour_time: float) -> None:
-        """Ask for a load [kg], poured over a time [s]."""
+        """Ask for a load [kg], to hang or, over a time [s], to be poured from the key on."""
         ...
 
     def poll(self) -> str | None:

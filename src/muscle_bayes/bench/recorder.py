@@ -185,9 +185,9 @@ class Recorder:
         if key == "stop":
             raise StoppedError("stopped by the operator")
         if key == "go" and self._course.waiting:
-            mass = self._course.confirm(now)
-            self._file.change_load(self._rows.log_time(now), mass)
-            self._tell("load hangs", mass=mass)
+            stage = self._course.confirm(now)
+            self._file.change_load(self._rows.log_time(now), self._course.load, stage.pour_time)
+            self._tell("load", mass=self._course.load, pour_time=stage.pour_time)
         newest = self._stream.newest
         if self._guard.troubles or newest is None:
             return ""

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,9 @@ from muscle_bayes.errors import MuscleBayesError
 
 EVENTS_SUFFIX: Final = ".events.jsonl"
 TIME_DECIMALS: Final = 3
+POUR_STEP: Final = 0.2
+"""s between the steps by which a pour is told."""
+_MASS_DECIMALS: Final = 6
 
 
 class RunFileError(MuscleBayesError):
@@ -100,15 +104,23 @@ class RunFile:
         with self._told():
             self._events.write(line.encode())
 
-    def change_load(self, time: float, mass: float) -> None:
-        """The load [kg] from a time [s after the first row] on. Raises RunFileError."""
-        load, time = self.metadata.load, round(time, TIME_DECIMALS)
+    def change_load(self, time: float, mass: float, pour_time: float = 0.0) -> None:
+        """The load becomes `mass` [kg], from a time [s after the first row] on, poured evenly.
+
+        A pour is told in steps of POUR_STEP at most. Raises RunFileError.
+        """
+        load = self.metadata.load
         assert load is not None, "a run that is recorded has a load table"
-        if time <= load.time[-1]:
-            times, masses = load.time, (*load.mass[:-1], mass)
-        else:
-            times, masses = (*load.time, time), (*load.mass, mass)
-        self._amend(load=Load(time=times, mass=masses))
+        before = load.mass[-1]
+        count = max(ceil(pour_time / POUR_STEP), 1)
+        steps = dict(zip(load.time, load.mass, strict=True))
+        for number in range(count):
+            at = round(time + (number + 0.5) / count * pour_time, TIME_DECIMALS)
+            reached = (
+                mass if number + 1 == count else before + (mass - before) * (number + 1) / count
+            )
+            steps[max(at, load.time[-1])] = round(reached, _MASS_DECIMALS)
+        self._amend(load=Load(time=tuple(steps), mass=tuple(steps.values())))
 
     def note(self, text: str) -> None:
         """Add a sentence to the metadata's notes. Raises RunFileError."""

@@ -67,7 +67,7 @@ class Stage(Table):
     load: NonNegative | None = None
     """kg"""
     pour_time: NonNegative = 0.0
-    """s that the load takes to be poured; the log keeps the time of the key press"""
+    """s that the load takes to be poured, evenly, from the key on; 0 = it hangs at the key"""
     logged: bool = True
     """false: before the first stage that is logged, nothing is written"""
     note: str = ""

@@ -45,27 +45,29 @@ def simulated_devices(bench: SimulatedBench) -> Devices:
 
 
 class SimulatedOperator:
-    """Pours what is asked for, evenly over the time that it takes, then presses the key."""
+    """Presses the key half a second after being asked, and pours from then on, evenly."""
 
     def __init__(self, bench: SimulatedBench, load: float) -> None:
         """`load` [kg] hangs at first."""
         self._bench = bench
-        self._hanging = load
+        self._load = load
+        self._asked: tuple[float, float, float] | None = None
+        """since when [s], load [kg] and time of the pour [s]"""
         self._pour: tuple[float, float, float, float] | None = None
         """start [s], duration [s], load before and after [kg]"""
         bench.listeners.append(self._pour_on)
 
     def ask(self, load: float, pour_time: float) -> None:
-        self._pour = (self._bench.clock.now(), pour_time, self._hanging, load)
+        self._asked = (self._bench.clock.now(), load, pour_time)
 
     def poll(self) -> str | None:
-        """ "go" half a second after the load hangs."""
-        if self._pour is None:
+        if self._asked is None:
             return None
-        start, duration, _, _ = self._pour
-        if self._bench.clock.now() - start < duration + _REACTION:
+        since, load, pour_time = self._asked
+        now = self._bench.clock.now()
+        if now - since < _REACTION:
             return None
-        self._pour = None
+        self._asked, self._pour = None, (now, pour_time, self._load, load)
         return "go"
 
     def close(self) -> None:
@@ -76,11 +78,11 @@ class SimulatedOperator:
             return
         start, duration, before, after = self._pour
         passed = milliseconds / 1000 - start
-        share = 1.0 if passed >= duration else max(passed / duration, 0.0)
-        load = before + (after - before) * share
-        if load != self._hanging:
-            self._hanging = load
-            self._bench.plant.hang(load)
+        if passed >= duration:
+            self._load, self._pour = after, None
+        else:
+            self._load = before + (after - before) * max(passed, 0.0) / duration
+        self._bench.plant.hang(self._load)
 
 
 def rig_of(sequence: Sequence, rig: Rig) -> Rig:
