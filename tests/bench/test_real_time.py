@@ -2,9 +2,12 @@
 
 import json
 import os
+import pty
+import select
 import signal
 import subprocess
 import sys
+import termios
 
 import numpy as np
 import pytest
@@ -30,7 +33,7 @@ def record(tmp_path, served):
     """Starts the command on the served bench; it is ended with the test."""
     started = []
 
-    def start(stages, **options):
+    def start(stages, pipes=subprocess.PIPE, **options):
         sequence = Sequence(load=0.1, stage=stages, **options, **RIG)
         (tmp_path / "trial.toml").write_text(to_toml(sequence))
         arguments = ["record", "trial.toml", "--out", "runs", "--json", "j"]
@@ -40,9 +43,9 @@ def record(tmp_path, served):
         process = subprocess.Popen(
             [sys.executable, "-c", MAIN, *arguments],
             cwd=tmp_path,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stdin=pipes,
+            stdout=pipes,
+            stderr=pipes,
             env=os.environ | {"COLUMNS": "200"},
         )
         started.append(process)
@@ -52,7 +55,7 @@ def record(tmp_path, served):
     for process in started:
         process.kill()
         process.wait()
-        for pipe in (process.stdin, process.stdout, process.stderr):
+        for pipe in filter(None, (process.stdin, process.stdout, process.stderr)):
             pipe.close()
 
 
@@ -95,6 +98,33 @@ def test_records_with_keys_from_a_person(tmp_path, served, record):
     assert run.metadata.load.time[1] > 3.0
     start = read_events(run.path)[0]
     assert start["unix_time"] > 1.5e9
+
+
+def test_in_a_terminal(tmp_path, served, record):
+    """The panel is drawn, a key needs no Enter, q ends the run, the terminal is given back."""
+    far, near = pty.openpty()
+    before = termios.tcgetattr(near)
+    process = record((HOLD,), pipes=near)
+    shown = bytearray()
+
+    def sees(words):
+        while select.select([far], [], [], 0)[0]:
+            shown.extend(os.read(far, 1 << 16))
+        return words in shown
+
+    assert served.wait(lambda: sees(b"press a key to begin"))
+    os.write(far, b" ")
+    assert served.wait(lambda: served.heating)
+    assert served.wait(lambda: sees(b"setpoint"))
+    assert sees(b"85.0 C")
+    assert served.wait(lambda: (tmp_path / "runs" / "trial.csv").exists())
+    os.write(far, b"q")
+    assert served.wait(lambda: not served.heating, 2.0)
+    assert served.wait(lambda: sees(b"stopped by the operator"))
+    assert process.wait(10) == 2
+    assert termios.tcgetattr(near) == before
+    os.close(far)
+    os.close(near)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])

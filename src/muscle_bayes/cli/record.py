@@ -62,7 +62,6 @@ def record(
     report: dict[str, Any] = {"sequence": sequence, "simulated": simulate, "runs": []}
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())
-        view = stack.enter_context(TerminalView())
         if simulate:
             refuse_ports(port, meter)
             session = stack.enter_context(_simulated(wanted, sequence, out, rig, seed, report))
@@ -70,7 +69,6 @@ def record(
             session = stack.enter_context(
                 _measured(wanted, sequence, out, port, meter, rig, clear_faults)
             )
-        session.view = view
         if loaded or simulate:
             session.load = session.plans()[0].load
         report["skipped"] = session.recorded()
@@ -78,6 +76,7 @@ def record(
             typer.echo(f"{out / name}.csv: recorded already, left out")
         if plot:
             stack.enter_context(_plotted(session))
+        session.view = view = stack.enter_context(TerminalView())
         try:
             for outcome in session.record():
                 with view.away():
