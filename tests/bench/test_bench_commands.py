@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.bench.run_file import read_events
-from muscle_bayes.bench.sequence import parse_sequence, read_sequence
+from muscle_bayes.bench.sequence_file import parse_sequence, read_sequence
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.sequence import Limits, parse_sequence
+from muscle_bayes.bench.sequence import Limits
+from muscle_bayes.bench.sequence_file import parse_sequence
 from muscle_bayes.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs" / "bench.md"

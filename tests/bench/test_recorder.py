@@ -9,7 +9,7 @@ from fake_bench import RIG, FakeBench
 from muscle_bayes.bench.guard import RecordingError
 from muscle_bayes.bench.recorder import StoppedError
 from muscle_bayes.bench.run_file import RunFileError, _Lines, read_events
-from muscle_bayes.bench.sequence import parse_sequence
+from muscle_bayes.bench.sequence_file import parse_sequence
 from muscle_bayes.bench.session import Session
 from muscle_bayes.bench.settling import settlings
 from muscle_bayes.data import read_run

@@ -10,8 +10,7 @@ from muscle_bayes.bench.regimes import (
     t2,
     with_loads,
 )
-from muscle_bayes.bench.sequence import parse_sequence
-from muscle_bayes.bench.sequence_file import to_toml
+from muscle_bayes.bench.sequence_file import parse_sequence, to_toml
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import protocols
 

@@ -2,17 +2,15 @@
 
 import pytest
 
-from muscle_bayes.bench.sequence import (
-    Repeat,
-    Sequence,
+from muscle_bayes.bench.sequence import Repeat, Sequence, Stage
+from muscle_bayes.bench.sequence_file import (
     SequenceError,
-    Stage,
     parse_sequence,
     read_rig,
     read_sequence,
     run_metadata,
+    to_toml,
 )
-from muscle_bayes.bench.sequence_file import to_toml
 from muscle_bayes.data import Fixture, MuscleElement, RunError
 from muscle_bayes.twin.plans import read_stages
 

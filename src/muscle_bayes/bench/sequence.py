@@ -2,35 +2,25 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
-    ValidationError,
     model_validator,
 )
 
 from muscle_bayes.bench.temperature_control import FULL_DUTY
-from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer, RunError
+from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer
 from muscle_bayes.data import Load as LoadTable
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
-from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.metadata import Protocol
-from muscle_bayes.data.validation import explain
 
 HOTTEST = 105.0
 """Highest setpoint that is taken, C."""
-
-
-class SequenceError(RunError):
-    """A SEQUENCE.toml, or a rig for it, that cannot be used: file, key, problem and mend."""
 
 
 def _as_tuple(value: Any) -> Any:
@@ -252,57 +242,3 @@ class Sequence(Table):
 
 RIG_TABLES = ("fixture", "potentiometer", "element_a", "element_b")
 """Tables of NAME.toml that describe the rig and not the run."""
-
-
-class _Rig(BaseModel):
-    """The rig's tables of a file that may hold others."""
-
-    model_config = ConfigDict(frozen=True, strict=True)
-
-    fixture: Fixture | None = None
-    potentiometer: Potentiometer | None = None
-    element_a: Element | None = None
-    element_b: Element | None = None
-
-
-def read_sequence(path: Path) -> Sequence:
-    """Read SEQUENCE.toml. Raises RunError."""
-    return parse_sequence(read_bytes(path, "the sequence"), path)
-
-
-def parse_sequence(content: bytes, path: Path | str) -> Sequence:
-    """The sequence in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
-    try:
-        return Sequence.model_validate(parse_toml(content, path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, Sequence)
-        raise SequenceError.at(path, problem, mend, key=key) from None
-
-
-def read_rig(path: Path) -> dict[str, Any]:
-    """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
-    try:
-        rig = _Rig.model_validate(parse_toml(read_bytes(path, "the rig"), path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, _Rig)
-        raise SequenceError.at(path, problem, mend, key=key) from None
-    tables = {key: getattr(rig, key) for key in RIG_TABLES if getattr(rig, key) is not None}
-    if not tables:
-        raise SequenceError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
-    return tables
-
-
-def run_metadata(
-    sequence: Sequence,
-    path: Path | str,
-    origin: Origin,
-    rig: Mapping[str, Any],
-    load: float,
-    notes: str = "",
-) -> Metadata:
-    """`Sequence.metadata` with an error that names the file. Raises SequenceError."""
-    try:
-        return sequence.metadata(origin, rig, load, notes)
-    except ValidationError as error:
-        key, problem, mend = explain(error, Metadata)
-        raise SequenceError.at(path, problem, f"{mend}; or give --rig FILE", key=key) from None

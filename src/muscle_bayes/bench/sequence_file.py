@@ -1,10 +1,74 @@
-"""Sequence -> SEQUENCE.toml, for people to read and change."""
+"""SEQUENCE.toml to a sequence, with errors that name file and key, and back."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from muscle_bayes.bench.sequence import Repeat, RunPlan, Sequence, Stage
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from muscle_bayes.bench.sequence import RIG_TABLES, Repeat, RunPlan, Sequence, Stage
+from muscle_bayes.data import Element, Fixture, Metadata, Origin, Potentiometer, RunError
+from muscle_bayes.data.files import parse_toml, read_bytes
+from muscle_bayes.data.validation import explain
 from muscle_bayes.data.writer import toml_keys, toml_value
+
+
+class SequenceError(RunError):
+    """A SEQUENCE.toml, or a rig for it, that cannot be used: file, key, problem and mend."""
+
+
+class _Rig(BaseModel):
+    """The rig's tables of a file that may hold others."""
+
+    model_config = ConfigDict(frozen=True, strict=True)
+
+    fixture: Fixture | None = None
+    potentiometer: Potentiometer | None = None
+    element_a: Element | None = None
+    element_b: Element | None = None
+
+
+def read_sequence(path: Path) -> Sequence:
+    """Read SEQUENCE.toml. Raises RunError."""
+    return parse_sequence(read_bytes(path, "the sequence"), path)
+
+
+def parse_sequence(content: bytes, path: Path | str) -> Sequence:
+    """The sequence in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
+    try:
+        return Sequence.model_validate(parse_toml(content, path))
+    except ValidationError as error:
+        key, problem, mend = explain(error, Sequence)
+        raise SequenceError.at(path, problem, mend, key=key) from None
+
+
+def read_rig(path: Path) -> dict[str, Any]:
+    """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
+    try:
+        rig = _Rig.model_validate(parse_toml(read_bytes(path, "the rig"), path))
+    except ValidationError as error:
+        key, problem, mend = explain(error, _Rig)
+        raise SequenceError.at(path, problem, mend, key=key) from None
+    tables = {key: getattr(rig, key) for key in RIG_TABLES if getattr(rig, key) is not None}
+    if not tables:
+        raise SequenceError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
+    return tables
+
+
+def run_metadata(
+    sequence: Sequence,
+    path: Path | str,
+    origin: Origin,
+    rig: Mapping[str, Any],
+    load: float,
+    notes: str = "",
+) -> Metadata:
+    """`Sequence.metadata` with an error that names the file. Raises SequenceError."""
+    try:
+        return sequence.metadata(origin, rig, load, notes)
+    except ValidationError as error:
+        key, problem, mend = explain(error, Metadata)
+        raise SequenceError.at(path, problem, f"{mend}; or give --rig FILE", key=key) from None
 
 
 def to_toml(sequence: Sequence, head: str = "") -> str:

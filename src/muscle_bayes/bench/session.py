@@ -9,7 +9,8 @@ from muscle_bayes.bench.devices import Devices
 from muscle_bayes.bench.operator import Operator
 from muscle_bayes.bench.recorder import Outcome, Recorder, Settings, StoppedError
 from muscle_bayes.bench.run_file import RunFile, free_name, is_complete, run_files
-from muscle_bayes.bench.sequence import RunPlan, Sequence, SequenceError, run_metadata
+from muscle_bayes.bench.sequence import RunPlan, Sequence
+from muscle_bayes.bench.sequence_file import SequenceError, run_metadata
 from muscle_bayes.bench.status import NoView, View
 from muscle_bayes.data import Origin
 

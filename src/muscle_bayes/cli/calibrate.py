@@ -85,7 +85,7 @@ def calibrate(
 
 
 def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:
-    from muscle_bayes.bench.sequence import read_rig
+    from muscle_bayes.bench.sequence_file import read_rig
 
     if simulate:
         return simulated_rig(rig).fixture.stops

@@ -56,7 +56,7 @@ def record(
     name when the command is given again.
     """
     from muscle_bayes.bench.live import TerminalView
-    from muscle_bayes.bench.sequence import read_sequence
+    from muscle_bayes.bench.sequence_file import read_sequence
 
     wanted = read_sequence(sequence)
     report: dict[str, Any] = {"sequence": sequence, "simulated": simulate, "runs": []}
@@ -140,7 +140,7 @@ def _measured(
     from time import time
 
     from muscle_bayes.bench.operator import Keyboard
-    from muscle_bayes.bench.sequence import read_rig
+    from muscle_bayes.bench.sequence_file import read_rig
     from muscle_bayes.bench.session import Session
 
     tables = {} if rig is None else read_rig(rig)

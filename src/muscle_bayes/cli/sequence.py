@@ -49,8 +49,7 @@ def sequence(
 ) -> None:
     """Write a test regime as a sequence for `muscle-bayes record`, to be changed at will."""
     from muscle_bayes.bench.regimes import REGIMES, with_loads
-    from muscle_bayes.bench.sequence import read_rig
-    from muscle_bayes.bench.sequence_file import to_toml
+    from muscle_bayes.bench.sequence_file import read_rig, to_toml
 
     if not 0.0 <= room <= 45.0:
         raise MuscleBayesError(f"--room {room:g}: no room. Mend: give 0 to 45 C.")
