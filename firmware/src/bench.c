@@ -14,7 +14,11 @@ static void prompt(struct bench *b)
 static uint8_t faults_of(struct start start)
 {
     uint8_t faults = 0;
-    if ((start.cause & RESET_WATCHDOG) || (start.cause == 0 && start.was_heating)) {
+    /* A boot loader may hide the cause, or leave by the watchdog after an external reset: then only
+     * a reset while heating counts. */
+    bool certain = (start.cause & RESET_WATCHDOG) && !(start.cause & RESET_EXTERNAL);
+    bool possible = (start.cause & RESET_WATCHDOG) || start.cause == 0;
+    if (certain || (possible && start.was_heating)) {
         faults |= FAULT_WATCHDOG;
     }
     /* A supply that rises slowly raises both flags at power-on: no heater was on then. */

@@ -15,7 +15,6 @@
 
 #define BAUD_DIVISOR 16             /* 115200 (+2.1 %) with U2X at 16 MHz, as on every Uno */
 #define TICK_COUNTS 2000            /* 1 ms of timer 1 at 0.5 us */
-#define COUNTS_PER_MICRO 2
 
 #define RX_SIZE 128                 /* powers of two */
 #define TX_SIZE 256
@@ -28,6 +27,7 @@ static uint8_t *const BOOT_CELLS = (uint8_t *)2;    /* cell 0 is known to suffer
 static uint32_t heating_mark __attribute__((section(".noinit")));
 static uint8_t reset_flags __attribute__((section(".noinit")));
 
+/* Indices count freely and are masked where they are used: whatever value one has, none points outside. */
 static volatile uint8_t rx[RX_SIZE], tx[TX_SIZE];
 static volatile uint8_t rx_head, rx_tail, tx_head, tx_tail;
 static volatile uint8_t ticks;
@@ -88,7 +88,7 @@ static void start_uart(void)
 static void start_converter(void)
 {
     ADMUX = _BV(REFS0);                 /* AVCC; input 0 */
-    DIDR0 = 0x3F;
+    DIDR0 = _BV(ADC0D);
     ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);
 }
 
@@ -130,22 +130,22 @@ ISR(TIMER1_COMPA_vect)
 ISR(ADC_vect)
 {
     /* The conversion began with the millisecond; the interrupt's own delay is no part of the stamp. */
-    samples[sample_head].micros = millis * 1000ul;
-    samples[sample_head].adc = ADC;
-    sample_head = (uint8_t)(sample_head + 1) & (SAMPLES - 1);
+    volatile struct sample *sample = &samples[sample_head & (SAMPLES - 1)];
+    sample->micros = millis * 1000ul;
+    sample->adc = ADC;
+    sample_head++;
 }
 
 ISR(USART_RX_vect)
 {
     uint8_t damaged = UCSR0A & (_BV(FE0) | _BV(DOR0));
     uint8_t byte = UDR0;
-    uint8_t next = (uint8_t)(rx_head + 1) & (RX_SIZE - 1);
     if (damaged) {
         byte = 0x15;                    /* breaks the checksum of the frame it stands in */
     }
-    if (next != rx_tail) {
-        rx[rx_head] = byte;
-        rx_head = next;
+    if ((uint8_t)(rx_head - rx_tail) < RX_SIZE) {
+        rx[rx_head & (RX_SIZE - 1)] = byte;
+        rx_head++;
     }
 }
 
@@ -180,9 +180,9 @@ bool board_take_sample(struct sample *sample)
     if (sample_tail == sample_head) {
         return false;
     }
-    sample->micros = samples[sample_tail].micros;
-    sample->adc = samples[sample_tail].adc;
-    sample_tail = (uint8_t)(sample_tail + 1) & (SAMPLES - 1);
+    sample->micros = samples[sample_tail & (SAMPLES - 1)].micros;
+    sample->adc = samples[sample_tail & (SAMPLES - 1)].adc;
+    sample_tail++;
     return true;
 }
 
@@ -191,8 +191,10 @@ int16_t board_receive(void)
     if (rx_tail == rx_head) {
         return -1;
     }
-    uint8_t byte = rx[rx_tail];
-    rx_tail = (uint8_t)(rx_tail + 1) & (RX_SIZE - 1);
+    volatile uint8_t *cell = &rx[rx_tail & (RX_SIZE - 1)];
+    uint8_t byte = *cell;
+    *cell = 0;                          /* were an index damaged, no command would be heard twice */
+    rx_tail++;
     return byte;
 }
 

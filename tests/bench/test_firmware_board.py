@@ -224,3 +224,19 @@ def test_a_full_line_is_handled_without_loss(heater):
     heater.run(200)
     answered += [m.sequence for m in decoder.feed(heater.receive()) if isinstance(m, Reply)]
     assert answered == list(range(count))
+
+
+@pytest.mark.parametrize("name", ["rx_head", "rx_tail"])
+@pytest.mark.parametrize("value", [0x00, 0x7F, 0x80, 0xCC, 0xFF])
+def test_a_damaged_index_repeats_no_command(firmware, heater, name, value):
+    """A receive buffer that runs round would feed the dead-man with commands heard before."""
+    symbols = subprocess.run(
+        ["avr-nm", str(firmware / "muscle_bench.elf")], check=True, capture_output=True, text=True
+    ).stdout
+    match = re.search(rf"^0080(\w{{4}}) \w {name}\b", symbols, re.MULTILINE)
+    assert match is not None
+    for _ in range(6):
+        heat(heater)
+    heater.poke(int(match[1], 16), value)
+    heater.run(500)
+    assert heater.duties == (0, 0)

@@ -264,6 +264,8 @@ def test_compiled_limits_are_reported_and_cannot_be_exceeded(board):
         (4, False, Fault.BROWN_OUT),
         (8, False, Fault.WATCHDOG),
         (4 | 8, False, Fault.BROWN_OUT | Fault.WATCHDOG),
+        (2 | 8, False, 0),
+        (2 | 8, True, Fault.WATCHDOG),
         (0, False, 0),
         (0, True, Fault.WATCHDOG),
     ],
