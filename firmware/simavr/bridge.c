@@ -18,6 +18,8 @@
 
 #define QUEUE_SIZE 65536u           /* bytes under way in one direction */
 #define CHANNELS 2
+#define ADDRESS_SPACE 0x10100u      /* every address that 16 bits and an offset can name */
+#define FLASH_SPACE 0x20000u
 #define CONVERSIONS 4096u           /* not yet looked at */
 
 /* ATmega328P, addresses in data space. */
@@ -103,7 +105,30 @@ static avr_cycle_count_t stop_here(avr_t *avr, avr_cycle_count_t when, void *par
     return 0;
 }
 
-void bridge_close(struct bridge *b);
+/* A program gone wild reads and writes anywhere: simavr tells of a crash, but goes on to do it. */
+static bool make_room(avr_t *avr)
+{
+    uint8_t *data = realloc(avr->data, ADDRESS_SPACE);
+    if (data != NULL) {
+        memset(data + avr->ramend + 1, 0, ADDRESS_SPACE - avr->ramend - 1);
+        avr->data = data;
+    }
+    uint8_t *flash = realloc(avr->flash, FLASH_SPACE);
+    if (flash != NULL) {
+        memset(flash + avr->flashend + 4, 0xFF, FLASH_SPACE - avr->flashend - 4);
+        avr->flash = flash;
+    }
+    return data != NULL && flash != NULL;
+}
+
+void bridge_close(struct bridge *b)
+{
+    avr_terminate(b->avr);
+    free(b->avr);
+    free(b->firmware.flash);
+    free(b->firmware.eeprom);
+    free(b);
+}
 
 struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
 {
@@ -119,6 +144,10 @@ struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
         return NULL;
     }
     avr_init(b->avr);
+    if (!make_room(b->avr)) {
+        bridge_close(b);
+        return NULL;
+    }
     b->firmware.frequency = frequency;
     b->firmware.vcc = b->firmware.avcc = b->firmware.aref = 5000;
     avr_load_firmware(b->avr, &b->firmware);
@@ -136,15 +165,6 @@ struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
     avr_irq_register_notify(avr_io_getirq(b->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
                             conversion_starts, b);
     return b;
-}
-
-void bridge_close(struct bridge *b)
-{
-    avr_terminate(b->avr);
-    free(b->avr);
-    free(b->firmware.flash);
-    free(b->firmware.eeprom);
-    free(b);
 }
 
 /* Duty (0-255) that a channel's driver sees. A floating pin is off: its pull-down holds it. A pull-up,
