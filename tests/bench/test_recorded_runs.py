@@ -1,14 +1,19 @@
 """A staircase and a sawtooth through the simulated firmware: temperatures settle, the truth is found."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.twin.parameters import MuscleParameters
 
+DATA = Path(__file__).parents[2] / "data"
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
 
 
@@ -57,3 +62,58 @@ def test_nothing_is_lost(recorded, name):
     assert found.repairs == ()
     assert found.gaps == []
     assert np.diff(found.table["time"]) == pytest.approx(0.03, abs=1.1e-3)
+
+
+@pytest.fixture(scope="module")
+def fixture_posterior(tmp_path_factory):
+    """J and D from the shipped spring runs, as `muscle-bayes fit` makes it."""
+    out = tmp_path_factory.mktemp("fixture") / "fixture.nc"
+    springs = sorted(DATA.glob("spring-*.csv"))
+    assert len(springs) == 5
+    run("fit", *springs, "--out", out, "--preset", "quick", "--seed", 1)
+    assert out.exists()
+    return out
+
+
+@pytest.mark.parametrize("name", ["staircase-139g", "sawtooth"])
+def test_posterior_covers_the_plant(recorded, fixture_posterior, name):
+    """Jointly, in what such a run can tell: C, F_modulus_min and F_hyst_min as their sum."""
+    folder, _ = recorded
+    out = folder / f"{name}.nc"
+    options = ("--given", fixture_posterior, "--out", out, "--preset", "quick", "--seed", 1)
+    result = run("fit", folder / "runs" / f"{name}.csv", *options)
+    print(result.output)
+    assert out.exists(), result.output
+    length = read_run(folder / "runs" / f"{name}.csv").metadata.element_a.base_length
+    posterior = Posterior.load(out).tree["posterior"]
+    draws = identified({key: posterior[key].to_numpy().ravel() for key in SAMPLED}, length)
+    truth = identified(vars(MuscleParameters()), length)
+    deviation = truth - draws.mean(axis=0)
+    distance = deviation @ np.linalg.solve(np.cov(draws.T), deviation)
+    chance = chi2.sf(distance, truth.size)
+    print(f"{name}: truth at {distance:.1f} squared deviations of {truth.size}, p = {chance:.3f}")
+    assert chance > 0.01
+
+
+SAMPLED = (
+    "A",
+    "B",
+    "C",
+    "F_hyst_min",
+    "K_hyst",
+    "F_modulus_min",
+    "K_modulus",
+    "H",
+    "T_hyst_offset",
+)
+
+
+def identified(values, length):
+    """What staircases and sawteeth tell of the nine parameters, as columns."""
+    rest = (
+        values["C"]
+        + values["F_modulus_min"] / (values["K_modulus"] * length)
+        + values["F_hyst_min"] / (values["K_hyst"] * length)
+    )
+    names = ("A", "B", "K_hyst", "K_modulus", "H", "T_hyst_offset")
+    return np.stack([*(np.asarray(values[name]) for name in names), np.asarray(rest)], axis=-1)

@@ -52,24 +52,28 @@ class Guard:
         self._prepare(heater)
         self._stream.start(sensor)
 
-    def samples(self) -> list[TimedSample]:
-        """Samples that have come."""
-        link = self._devices.sensor
-        if link.device is None:
-            return []
+    def listen(self) -> list[TimedSample]:
+        """Take what meter and sensor board have sent; the samples."""
+        meter, sensor = self._devices.meter, self._devices.sensor
         try:
-            return self._stream.poll(link.device)
+            if meter.device is not None:
+                meter.device.poll()
+                self._heating.take(meter.device.latest)
+        except MeterError as error:
+            self._lose(meter, error)
+        try:
+            return [] if sensor.device is None else self._stream.poll(sensor.device)
         except BoardError as error:
-            self._lose(link, error)
+            self._lose(sensor, error)
             return []
 
     def look(self, now: float) -> bool:
-        """Read meter and heater board and judge; True where control was lost and begins anew.
+        """Judge readings, heater board and lines; True where control was lost and begins anew.
 
         Raises RecordingError.
         """
         recoveries, troubled = self.recoveries, self._since is not None
-        self._read_meter(now)
+        self._judge_readings(now)
         self._read_heater()
         self._judge(now)
         return self.recoveries > recoveries or (troubled and self._since is None)
@@ -123,14 +127,7 @@ class Guard:
             return False
         return True
 
-    def _read_meter(self, now: float) -> None:
-        link = self._devices.meter
-        if link.device is not None:
-            try:
-                link.device.poll()
-                self._heating.take(link.device.latest)
-            except MeterError as error:
-                self._lose(link, error)
+    def _judge_readings(self, now: float) -> None:
         self._heating.judge(now)
         if self._heating.hottest > self._limits.max_temperature:
             raise RecordingError(

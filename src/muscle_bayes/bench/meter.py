@@ -23,7 +23,7 @@ RANGE_TENTHS: Final = 13720
 ANSWER_TIME: Final = 0.6
 """Longest wait for an answer before the next request, s."""
 PAUSE: Final = 0.05
-"""s between an answer and the next request; the meter itself takes about 0.4 s."""
+"""s from something that was no answer to the next request, so that its rest can pass."""
 
 
 class MeterError(MuscleBayesError):
@@ -84,7 +84,9 @@ class MeterSource(Protocol):
 
 
 class Meter:
-    """Polled by its owner: asks, collects the answer, asks again; never waits.
+    """Polled by its owner: asks, collects the answer, asks again at once; never waits.
+
+    The age of a reading is the log's lag behind the truth, and heaters rise by some C a second.
 
     An answer carries neither start mark nor checksum, so what makes it one is that it comes alone:
     input is thrown away before each request, and bytes in excess void the answer.
@@ -128,11 +130,11 @@ class Meter:
         self._buffer += received
         if len(self._buffer) == ANSWER_LENGTH:
             self._latest = Reading(now, parse_answer(self._buffer))
-        elif len(self._buffer) > ANSWER_LENGTH or now - self._asked > ANSWER_TIME:
-            self._garbled += bool(self._buffer)
-        else:
+            self._asked, self._due = None, now
             return
-        self._asked, self._due = None, now + PAUSE
+        if len(self._buffer) > ANSWER_LENGTH or now - self._asked > ANSWER_TIME:
+            self._garbled += bool(self._buffer)
+            self._asked, self._due = None, now + PAUSE
 
 
 class ThreadedMeter:

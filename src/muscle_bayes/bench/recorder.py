@@ -161,7 +161,7 @@ class Recorder:
         return reason
 
     def _take_samples(self) -> str:
-        for sample in self._guard.samples():
+        for sample in self._guard.listen():
             if self._course.logging:
                 self._rows.write(sample, self._guard.troubles)
             if self._rows.origin is None:
