@@ -135,6 +135,14 @@ def test_stages_before_the_first_logged_one_write_nothing(tmp_path):
     assert trial.run.table["setpoint_a"].unique().tolist() == [85.0]
 
 
+def test_load_poured_before_the_first_row_hangs_from_the_first_row_on(tmp_path):
+    pour = "[[stage]]\nduration = 5.0\nlogged = false\nload = 0.166\npour_time = 2.0\n"
+    trial = Trial(tmp_path, f"load = 0.06\n{pour}{HOLD.format(2.0)}")
+    trial.record()
+    load = trial.run.metadata.load
+    assert (load.time, load.mass) == ((0.0,), (0.166,))
+
+
 def test_pulled_sensor_cable_is_a_gap_and_switches_off(tmp_path):
     trial = Trial(tmp_path, HOLD.format(12.0))
     sensor = trial.bench.sensor

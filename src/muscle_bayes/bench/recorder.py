@@ -186,7 +186,8 @@ class Recorder:
             raise StoppedError("stopped by the operator")
         if key == "go" and self._course.waiting:
             stage = self._course.confirm(now)
-            self._file.change_load(self._rows.log_time(now), self._course.load, stage.pour_time)
+            pour_time = stage.pour_time if self._rows.origin is not None else 0.0  # over by then
+            self._file.change_load(self._rows.log_time(now), self._course.load, pour_time)
             self._tell("load", mass=self._course.load, pour_time=stage.pour_time)
         newest = self._stream.newest
         if self._guard.troubles or newest is None:

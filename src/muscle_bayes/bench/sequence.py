@@ -70,6 +70,10 @@ class Stage(Table):
                 "duration: missing, no heater is on and so nothing becomes stable; "
                 "add duration in s, or a setpoint"
             )
+        if self.duration is not None and self.pour_time > self.duration:
+            raise ValueError(
+                f"pour_time: {self.pour_time:g} s is longer than the stage; lengthen its duration"
+            )
         return self
 
 
