@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +12,7 @@ export PYTHON
 export MPLBACKEND ?= Agg
 
 help: ## this list
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 $(READY): requirements.lock pyproject.toml scripts/find-python
 	@python=$$(sh scripts/find-python) && echo "setting up $(VENV) with $$python" && "$$python" -m venv --clear $(VENV)
@@ -24,10 +24,10 @@ $(READY): requirements.lock pyproject.toml scripts/find-python
 study: $(READY) ## fit, check and draw the shipped data into reports/ (PRESET=quick for a short one)
 	@$(BIN)/muscle-bayes study --preset $(PRESET)
 
-test: $(READY) lint ## lint and test, under 15 minutes on two cores
+test: $(READY) lint firmware-if-possible ## lint and test, under 15 minutes on two cores
 	@$(BIN)/python -m pytest -n $(CORES) -m "not slow"
 
-test-slow: $(READY) ## the long statistical tests
+test-slow: $(READY) firmware-if-possible ## the long statistical tests
 	@$(BIN)/python -m pytest -m slow
 
 lint: $(READY) ## style, types and the direction of imports
@@ -36,11 +36,25 @@ lint: $(READY) ## style, types and the direction of imports
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
+firmware: firmware-tools ## build the boards' firmware and its simulator (GAINS=gains.h)
+	@$(MAKE) --no-print-directory --directory firmware $(if $(GAINS),GAINS=$(abspath $(GAINS)))
+
+firmware-tools: ## install the AVR compiler and simavr with apt where they are missing
+	@sh scripts/firmware-tools
+
+firmware-if-possible:
+	@if sh scripts/firmware-tools; then \
+	  $(MAKE) --no-print-directory --silent --directory firmware; \
+	else echo "tests of the firmware are skipped"; fi
+
 data: $(READY) ## write the shipped synthetic runs anew, byte for byte
 	@$(BIN)/muscle-bayes simulate shipped --out data
+
+protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
+	@$(BIN)/python scripts/write_protocol_doc.py
 
 lock: ## pin every dependency again (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml --output-file requirements.lock
 
 clean: ## remove the environment and caches
-	rm -rf $(VENV) .cache
+	rm -rf $(VENV) .cache firmware/build

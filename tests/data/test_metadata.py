@@ -137,7 +137,7 @@ REFUSED = {
         ["key fixture.disc_radius", "carries a load", "add disc_radius"],
     ),
     "load times fall": (swap("[0.0, 1.0]", "[1.0, 0.5]"), ["key load.time", "rising order"]),
-    "load time negative": (swap("[0.0, 1.0]", "[-1.0, 1.0]"), ["key load.time.0", "-1.0"]),
+    "load time negative": (swap("[0.0, 1.0]", "[-1.0, 1.0]"), ["key load.time[1]", "-1.0"]),
     "load lengths differ": (
         swap("[0.139, 0.166]", "[0.139]"),
         ["key load.mass", "1 masses for 2 times", "one mass a time"],
@@ -146,7 +146,7 @@ REFUSED = {
         swap("[0.0, 1.0]", "[]").replace("[0.139, 0.166]", "[]"),
         ["key load.time", "is empty", "remove [load]"],
     ),
-    "load mass negative": (swap("0.139", "-0.139"), ["key load.mass.0", "-0.139"]),
+    "load mass negative": (swap("0.139", "-0.139"), ["key load.mass[1]", "-0.139"]),
     "counts on linear motion": (LINEAR, ["key columns.position_unit", "'counts'", "m, mm"]),
     "radians on linear motion": (
         LINEAR + COLUMNS,

@@ -6,10 +6,14 @@ from typing import Annotated
 
 import typer
 
+from muscle_bayes.cli.bench_test import bench_test
+from muscle_bayes.cli.calibrate import calibrate
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
+from muscle_bayes.cli.record import record
+from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
 
@@ -44,6 +48,10 @@ app.command("inspect")(guarded(inspect))
 app.command("fit")(guarded(fit))
 app.command("check")(guarded(check))
 app.command("simulate")(guarded(simulate))
+app.command("sequence")(guarded(sequence))
+app.command("calibrate")(guarded(calibrate))
+app.command("record")(guarded(record))
+app.command("bench-test")(guarded(bench_test))
 app.command("study")(guarded(study))
 
 

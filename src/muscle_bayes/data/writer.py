@@ -1,6 +1,7 @@
 """Log and metadata -> NAME.csv and NAME.toml, the same bytes for the same input."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,10 +36,10 @@ def to_toml(metadata: Metadata) -> str:
     scalars = {key: value for key, value in content.items() if not isinstance(value, dict)}
     if not scalars["notes"]:
         del scalars["notes"]
-    parts = [_keys(scalars)]
+    parts = [toml_keys(scalars)]
     for key, value in content.items():
         if isinstance(value, dict):
-            parts.append(f"[{key}]\n{_keys(_kind_first(value))}")
+            parts.append(f"[{key}]\n{toml_keys(_kind_first(value))}")
     return "\n".join(parts)
 
 
@@ -46,13 +47,17 @@ def _kind_first(table: dict[str, Any]) -> dict[str, Any]:
     return {"kind": table["kind"], **table} if "kind" in table else table
 
 
-def _keys(table: dict[str, Any]) -> str:
-    return "".join(f"{key} = {_value(value)}\n" for key, value in table.items())
+def toml_keys(table: Mapping[str, Any]) -> str:
+    """Lines `key = value`."""
+    return "".join(f"{key} = {toml_value(value)}\n" for key, value in table.items())
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A number, flag, text or array of them in TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):
         # JSON's escapes are TOML's, but for the delete character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

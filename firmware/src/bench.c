@@ -1,0 +1,173 @@
+#include "bench.h"
+
+#include "commands.h"
+
+/* Old pins: 6 and 5 drive the heaters, channel A and B. */
+#define PIN_HEATER_A 6
+#define PIN_HEATER_B 5
+
+static void prompt(struct bench *b)
+{
+    text_word(&b->out, "w\r\n");
+}
+
+static uint8_t faults_of(struct start start)
+{
+    uint8_t faults = 0;
+    /* A boot loader may hide the cause, or leave by the watchdog after an external reset: then only
+     * a reset while heating counts. */
+    bool certain = (start.cause & RESET_WATCHDOG) && !(start.cause & RESET_EXTERNAL);
+    bool possible = (start.cause & RESET_WATCHDOG) || start.cause == 0;
+    if (certain || (possible && start.was_heating)) {
+        faults |= FAULT_WATCHDOG;
+    }
+    /* A supply that rises slowly raises both flags at power-on: no heater was on then. */
+    if ((start.cause & RESET_BROWN_OUT) && !(start.cause & RESET_POWER_ON)) {
+        faults |= FAULT_BROWN_OUT;
+    }
+    return faults;
+}
+
+void bench_start(struct bench *b, struct start start)
+{
+    safety_start(&b->safety, faults_of(start));
+    control_stop(&b->control);
+    frame_start(&b->frame);
+    old_start(&b->old);
+    text_clear(&b->out);
+    b->start = start;
+    b->dialect = DIALECT_OPEN;
+    b->sampled = false;
+    b->stream_period_ms = 0;
+    b->stream_wait_ms = 0;
+    b->stream_number = 0;
+    b->garbled = 0;
+    b->told_faults = b->safety.faults;
+    b->pin = (struct old_outcome){OLD_NOTHING, 0, 0};
+    text_begin(&b->out, '!');
+    text_word(&b->out, "BOOT");
+    text_number(&b->out, PROTOCOL_VERSION);
+    text_number(&b->out, FIRMWARE_VERSION);
+    text_number(&b->out, start.boot);
+    text_number(&b->out, start.cause);
+    text_word(&b->out, start.role == ROLE_HEATER ? " HEATER" : " SENSOR");
+    text_end(&b->out);
+    prompt(b);
+}
+
+/* Tell of new faults, but not an old script: it would take the line for an answer. */
+static void tell_faults(struct bench *b)
+{
+    if (b->safety.faults == b->told_faults) {
+        return;
+    }
+    b->told_faults = b->safety.faults;
+    if (b->dialect != DIALECT_OLD) {
+        text_begin(&b->out, '!');
+        text_word(&b->out, "FAULT");
+        text_number(&b->out, b->safety.faults);
+        text_end(&b->out);
+    }
+}
+
+static void old_write(struct bench *b, uint8_t pin, uint8_t duty)
+{
+    if (b->start.role == ROLE_HEATER && (pin == PIN_HEATER_A || pin == PIN_HEATER_B)) {
+        safety_command_old(&b->safety, pin == PIN_HEATER_A ? 0 : 1, duty);
+    }
+}
+
+static void old_act(struct bench *b, struct old_outcome outcome)
+{
+    if (outcome.action == OLD_NOTHING) {
+        return;
+    }
+    if (outcome.action != OLD_PROMPT) {
+        b->dialect = DIALECT_OLD;
+    }
+    if (outcome.action == OLD_ANALOG_READ || outcome.action == OLD_DIGITAL_READ) {
+        b->pin = outcome;
+        return;
+    }
+    if (outcome.action == OLD_WRITE) {
+        old_write(b, outcome.pin, outcome.value);
+    }
+    prompt(b);
+}
+
+void bench_pin_value(struct bench *b, uint16_t value)
+{
+    b->pin.action = OLD_NOTHING;
+    text_digits(&b->out, value);
+    text_word(&b->out, "\r\n");
+    prompt(b);
+}
+
+void bench_byte(struct bench *b, uint8_t byte)
+{
+    switch (frame_byte(&b->frame, byte)) {
+    case FRAME_OUTSIDE:
+        if (b->dialect != DIALECT_FRAMED) {
+            old_act(b, old_byte(&b->old, byte));
+        }
+        break;
+    case FRAME_COMPLETE:
+        b->dialect = DIALECT_FRAMED;
+        command_run(b, b->frame.body);
+        break;
+    case FRAME_GARBLED:
+        b->garbled++;
+        text_begin(&b->out, '!');
+        text_word(&b->out, "CRC");
+        text_number(&b->out, b->garbled);
+        text_end(&b->out);
+        break;
+    case FRAME_PENDING:
+        break;
+    }
+    tell_faults(b);
+}
+
+/* A controller that was switched off by a fault starts anew when it is told to. */
+static void control(struct bench *b)
+{
+    uint8_t duty[CHANNELS];
+    if (b->safety.faults) {
+        control_stop(&b->control);
+    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.adc, duty)) {
+        safety_drive(&b->safety, duty);
+    }
+}
+
+void bench_tick(struct bench *b)
+{
+    safety_tick(&b->safety);
+    control(b);
+    if (b->dialect != DIALECT_FRAMED) {
+        old_act(b, old_tick(&b->old));
+    }
+    tell_faults(b);
+}
+
+void bench_sample(struct bench *b, struct sample sample)
+{
+    b->latest = sample;
+    b->sampled = true;
+    if (b->stream_period_ms == 0) {
+        return;
+    }
+    if (++b->stream_wait_ms < b->stream_period_ms) {
+        return;
+    }
+    b->stream_wait_ms = 0;
+    text_begin(&b->out, '=');
+    text_digits(&b->out, b->stream_number++);
+    command_sample(b);
+    text_end(&b->out);
+}
+
+void bench_internal_fault(struct bench *b)
+{
+    safety_fault(&b->safety, FAULT_INTERNAL);
+    tell_faults(b);
+}

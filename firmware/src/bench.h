@@ -1,0 +1,63 @@
+/* The bench board's mind: bytes, milliseconds and samples in, text and duties out. No board calls. */
+#ifndef BENCH_H
+#define BENCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "control.h"
+#include "frame.h"
+#include "old_protocol.h"
+#include "safety.h"
+#include "text.h"
+
+#define PROTOCOL_VERSION 1
+#define FIRMWARE_VERSION 1
+
+/* Reset causes as the ATmega328P's MCUSR tells them; 0 where a boot loader has hidden it. */
+enum reset_cause { RESET_POWER_ON = 1, RESET_EXTERNAL = 2, RESET_BROWN_OUT = 4, RESET_WATCHDOG = 8 };
+
+enum role { ROLE_SENSOR, ROLE_HEATER };
+
+struct start {
+    uint8_t cause;              /* of the reset */
+    bool was_heating;           /* a heater was on when it came */
+    enum role role;
+    uint16_t boot;              /* number of this boot */
+};
+
+struct sample {
+    uint32_t micros;            /* device clock at the start of the conversion */
+    uint16_t adc;
+};
+
+enum dialect { DIALECT_OPEN, DIALECT_OLD, DIALECT_FRAMED };
+
+struct bench {
+    struct safety safety;
+    struct control control;
+    struct start start;
+    struct frame frame;
+    struct old_protocol old;
+    enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
+    struct sample latest;
+    bool sampled;
+    uint16_t stream_period_ms;  /* 0: no stream */
+    uint16_t stream_wait_ms;
+    uint16_t stream_number;
+    uint16_t garbled;           /* frames with a wrong checksum */
+    uint8_t told_faults;
+    struct text out;            /* to be sent, then cleared, after every call */
+    struct old_outcome pin;     /* board access that the old protocol asks for */
+};
+
+void bench_start(struct bench *b, struct start start);
+void bench_byte(struct bench *b, uint8_t byte);
+void bench_tick(struct bench *b);
+void bench_sample(struct bench *b, struct sample sample);
+/* Answer to `pin` where it is a read. */
+void bench_pin_value(struct bench *b, uint16_t value);
+/* The board found its output registers wrong. */
+void bench_internal_fault(struct bench *b);
+
+#endif

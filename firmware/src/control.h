@@ -1,0 +1,25 @@
+/* Angle controller of an antagonistic joint: PI in integers, output split by sign (gains.h). */
+#ifndef CONTROL_H
+#define CONTROL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "safety.h"
+
+struct control {
+    bool active;
+    int16_t setpoint;           /* counts */
+    int32_t sum;                /* of the errors, one a period */
+    uint16_t wait_ms;           /* until the next period */
+};
+
+void control_stop(struct control *c);
+
+/* Hold a setpoint; false where no gains are compiled in. A controller at work keeps its sum. */
+bool control_hold(struct control *c, int16_t setpoint);
+
+/* One millisecond has passed and the angle reads `reading`; true where `duty` has been set anew. */
+bool control_tick(struct control *c, int16_t reading, uint8_t duty[CHANNELS]);
+
+#endif

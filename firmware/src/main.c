@@ -1,0 +1,60 @@
+#include "bench.h"
+#include "board.h"
+
+static struct bench bench;
+
+/* Carry out what the last event asked for: heaters first. */
+static void apply(void)
+{
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        board_heat(i, bench.safety.duty[i]);
+    }
+    if (bench.pin.action == OLD_ANALOG_READ) {
+        bench_pin_value(&bench, board_analog(bench.pin.pin));
+    } else if (bench.pin.action == OLD_DIGITAL_READ) {
+        bench_pin_value(&bench, board_digital(bench.pin.pin));
+    }
+    if (bench.out.length > 0) {
+        board_send(bench.out.data, bench.out.length);
+        text_clear(&bench.out);
+    }
+}
+
+/* The watchdog is fed here alone: both the timer's interrupt and this loop must be alive. */
+static void pass_time(void)
+{
+    uint8_t ticks = board_take_ticks();
+    if (ticks == 0) {
+        return;
+    }
+    if (!board_heats_as_told()) {
+        board_heaters_off();
+        bench_internal_fault(&bench);
+        apply();
+    }
+    while (ticks--) {
+        bench_tick(&bench);
+        apply();
+    }
+    board_alive();
+}
+
+int main(void)
+{
+    bench_start(&bench, board_start());
+    apply();
+    for (;;) {
+        struct sample sample;
+        pass_time();
+        int16_t byte = board_receive();
+        if (byte >= 0) {
+            bench_byte(&bench, (uint8_t)byte);
+            apply();
+        }
+        if (board_take_sample(&sample)) {
+            bench_sample(&bench, sample);
+            apply();
+        }
+        board_idle();
+    }
+}

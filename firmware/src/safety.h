@@ -1,0 +1,68 @@
+/* Heater duties and everything that can switch them off. No board calls: the caller applies `duty`. */
+#ifndef SAFETY_H
+#define SAFETY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define CHANNELS 2
+#define NO_READING INT16_MIN
+
+enum fault {
+    FAULT_DEADMAN = 1,          /* no valid heater command for DEADMAN_MS while a heater was on */
+    FAULT_TEMPERATURE = 2,      /* reported temperature above the limit */
+    FAULT_ON_TIME = 4,          /* too long above half power */
+    FAULT_WATCHDOG = 8,         /* the firmware hung and was reset */
+    FAULT_BROWN_OUT = 16,       /* the supply sagged and the board was reset */
+    FAULT_SENSOR = 32,          /* temperature absent, absurd or stuck while heating */
+    FAULT_INTERNAL = 64         /* output registers are not what they should be */
+};
+
+struct limits {
+    uint8_t duty;
+    uint16_t on_ms;
+    int16_t temperature;        /* 0.1 C */
+};
+
+struct safety {
+    struct limits limits;
+    uint8_t duty[CHANNELS];             /* what the heaters must be given now */
+    uint8_t faults;                     /* latched; any of them keeps the heaters off */
+    uint16_t silence_ms;                /* since the last valid heater command */
+    uint16_t on_ms[CHANNELS];           /* time above half power, minus time below */
+    int16_t temperature[CHANNELS];      /* as reported last, 0.1 C or NO_READING */
+    int16_t stuck_at[CHANNELS];         /* reading from which the meter has to move */
+    uint16_t stuck_ms[CHANNELS];        /* for how long it has not, at high power */
+};
+
+/* Start with heaters off; `faults` are those that the reset itself left behind. */
+void safety_start(struct safety *s, uint8_t faults);
+
+/* A host's command: duties 0-255 and temperatures [0.1 C, NO_READING]. Feeds the dead-man.
+ * With any fault latched or raised the duties become 0. */
+void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_t temperature[CHANNELS]);
+
+/* The command's two halves, for a controller on the board: temperatures feed the dead-man and are
+ * checked as if both channels heated; duties are only set. */
+void safety_report(struct safety *s, const int16_t temperature[CHANNELS]);
+void safety_drive(struct safety *s, const uint8_t duty[CHANNELS]);
+
+/* One channel's duty by the old protocol, which reports no temperature. Feeds the dead-man. */
+void safety_command_old(struct safety *s, uint8_t channel, uint8_t duty);
+
+/* One millisecond has passed. */
+void safety_tick(struct safety *s);
+
+/* Heaters off, with nothing latched. */
+void safety_off(struct safety *s);
+
+/* Latch a fault: heaters off until it is cleared. */
+void safety_fault(struct safety *s, uint8_t fault);
+
+/* Clear latched faults; false, and nothing changes, while the cause of one lasts. */
+bool safety_clear(struct safety *s);
+
+/* Tighten limits: values looser than those in force change nothing. */
+void safety_tighten(struct safety *s, const struct limits *limits);
+
+#endif

@@ -1,0 +1,211 @@
+"""Every frame of the boards' line protocol, version 1, as one table.
+
+The encoder and the decoder (`protocol`) work from it, and so do the tables of docs/protocol.md.
+"""
+
+from dataclasses import dataclass
+from enum import IntFlag, StrEnum
+from typing import Final, Literal
+
+from muscle_bayes.errors import MuscleBayesError
+
+VERSION: Final = 1
+NO_READING: Final = "-"
+"""Stands for the temperature of a channel without thermocouple."""
+
+
+class ProtocolError(MuscleBayesError):
+    """A command that the protocol does not know, or whose arguments it cannot carry."""
+
+
+class Fault(IntFlag):
+    """Latched faults; any of them keeps the heaters off until CLEAR."""
+
+    DEADMAN = 1
+    OVER_TEMPERATURE = 2
+    ON_TIME = 4
+    WATCHDOG = 8
+    BROWN_OUT = 16
+    SENSOR = 32
+    INTERNAL = 64
+
+
+FAULT_MEANINGS: Final = {
+    Fault.DEADMAN: "no valid heater command for 0.4 s while a heater was on",
+    Fault.OVER_TEMPERATURE: "a reported temperature was above the limit",
+    Fault.ON_TIME: "a channel was above half power for too long",
+    Fault.WATCHDOG: "the firmware hung and was reset",
+    Fault.BROWN_OUT: "the supply sagged and the board was reset",
+    Fault.SENSOR: "a temperature was absent while heating, absurd, or stuck at high power",
+    Fault.INTERNAL: "the board found its output registers wrong",
+}
+
+
+def explain(faults: int) -> str:
+    """Faults in words, e.g. for a message."""
+    return "; ".join(text for fault, text in FAULT_MEANINGS.items() if faults & fault) or "none"
+
+
+class ResetCause(IntFlag):
+    """Why a board came up, as its MCUSR register tells; 0 where a boot loader has hidden it."""
+
+    POWER_ON = 1
+    EXTERNAL = 2
+    BROWN_OUT = 4
+    WATCHDOG = 8
+
+
+class Role(StrEnum):
+    """What a board is wired for: pin 4 tied to GND makes a heater board."""
+
+    SENSOR = "SENSOR"
+    HEATER = "HEATER"
+
+
+@dataclass(frozen=True)
+class Field:
+    """One number of a frame, low <= value <= high, or one of some words."""
+
+    name: str
+    meaning: str
+    low: int = 0
+    high: int = 0
+    words: tuple[str, ...] = ()
+    optional: bool = False
+    """`-` may stand in its place."""
+
+    def read(self, text: str) -> int | str | None:
+        """Value of a word. Raises ValueError."""
+        if self.words:
+            if text not in self.words:
+                raise ValueError(f"{self.name} is {text!r}")
+            return text
+        if self.optional and text == NO_READING:
+            return None
+        digits = text[1:] if text.startswith("-") else text
+        if not (digits.isascii() and digits.isdigit() and self.low <= int(text) <= self.high):
+            raise ValueError(f"{self.name} is {text!r}, not {self.low} to {self.high}")
+        return int(text)
+
+    def write(self, value: int | None) -> str:
+        """Word for a value. Raises ProtocolError."""
+        if value is None and self.optional:
+            return NO_READING
+        if value is None or not self.low <= value <= self.high:
+            raise ProtocolError(
+                f"{self.name} is {value}. Mend: {self.low} to {self.high} ({self.meaning})."
+            )
+        return str(int(value))
+
+
+_U16 = 0xFFFF
+_U32 = 0xFFFFFFFF
+SEQUENCE: Final = Field(
+    "SEQ", "number of the command, chosen by the host and repeated in the reply", 0, _U16
+)
+_VERSION = Field("VERSION", "of the protocol", 1, _U16)
+_FIRMWARE = Field("FIRMWARE", "version of the firmware", 1, _U16)
+_BOOT = Field("BOOT", "number of this boot, kept in EEPROM, wraps", 0, _U16)
+_CAUSE = Field("CAUSE", "of the reset: 1 power-on, 2 external, 4 brown-out, 8 watchdog", 0, 15)
+_ROLE = Field("ROLE", "what the board is wired for", words=tuple(Role))
+_D0 = Field("D0", "duty of heater A, of 255", 0, 255)
+_D1 = Field("D1", "duty of heater B, of 255", 0, 255)
+_T0 = Field("T0", "temperature of channel A, 0.1 C, `-` = no thermocouple", -32767, 32767, (), True)
+_T1 = Field("T1", "temperature of channel B, 0.1 C, `-` = no thermocouple", -32767, 32767, (), True)
+_FAULTS = Field("FAULTS", "latched faults, sum of the bits below", 0, 255)
+_PERIOD = Field("PERIOD_MS", "between samples, 5 to 10000, 0 = no stream", 0, 10000)
+_NUMBER = Field("N", "number of the sample, wraps", 0, _U16)
+_MICROS = Field("MICROS", "board's clock at the sample, us, wraps", 0, _U32)
+_ADC = Field("ADC", "analog input 0", 0, 1023)
+_SETPOINT = Field("SETPOINT", "analog input 0 that is wanted", 0, 1023)
+_MAX_DUTY = Field("MAXDUTY", "highest duty", 0, 255)
+_MAX_ON = Field("MAXON_MS", "time above half power, less the time below it, ms", 0, _U16)
+_MAX_T = Field("MAXT", "highest reported temperature, 0.1 C", 0, 32767)
+_COUNT = Field("COUNT", "garbled frames since the boot, wraps", 0, _U16)
+_SAMPLE = (_MICROS, _ADC, _D0, _D1, _FAULTS)
+_IDENTITY = (_VERSION, _FIRMWARE, _BOOT, _CAUSE, _ROLE)
+
+ERRORS: Final = {
+    "SEQ": "the sequence number is none",
+    "VERB": "the verb is unknown",
+    "ARGS": "arguments are missing, too many, or no numbers",
+    "RANGE": "an argument is out of range",
+    "ROLE": "heat was asked of a sensor board",
+    "FAULT": "CLEAR was refused: the cause of a fault lasts",
+    "GAINS": "HOLD was refused: no gains are compiled in",
+    "BUSY": "no sample has been taken yet; ask again",
+}
+"""Codes of an ERR reply."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the host can ask, and what the board answers behind `OK`."""
+
+    verb: str
+    does: str
+    arguments: tuple[Field, ...] = ()
+    answer: tuple[Field, ...] = ()
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What a board sends unasked."""
+
+    start: Literal["=", "!"]
+    word: str
+    does: str
+    fields: tuple[Field, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Every frame of the protocol."""
+
+    commands: tuple[Command, ...]
+    notices: tuple[Notice, ...]
+
+    def command(self, verb: str) -> Command:
+        """Raises ProtocolError where the verb is unknown."""
+        for command in self.commands:
+            if command.verb == verb:
+                return command
+        known = ", ".join(c.verb for c in self.commands)
+        raise ProtocolError(f"{verb!r} is no command. Mend: one of {known}.")
+
+
+MESSAGES: Final = Table(
+    commands=(
+        Command("ID", "tell who is there", (), _IDENTITY),
+        Command(
+            "DUTY",
+            "heat; feeds the dead-man, so it is repeated at least every 0.4 s",
+            (_D0, _D1, _T0, _T1),
+            (_D0, _D1, _FAULTS),
+        ),
+        Command("STREAM", "send samples at a steady rate", (_PERIOD,), (_PERIOD,)),
+        Command("READ", "send one sample, at most 1 ms old", (), _SAMPLE),
+        Command(
+            "LIMIT",
+            "tighten limits until the next boot; looser values change nothing; "
+            "tells those in force",
+            (_MAX_DUTY, _MAX_ON, _MAX_T),
+            (_MAX_DUTY, _MAX_ON, _MAX_T),
+        ),
+        Command("CLEAR", "clear latched faults; heaters stay off", (), (_FAULTS,)),
+        Command("OFF", "heaters off"),
+        Command(
+            "HOLD",
+            "let the board hold an angle by the gains compiled in; feeds the dead-man like DUTY; "
+            "ended by DUTY, OFF or a fault",
+            (_SETPOINT, _T0, _T1),
+            (_D0, _D1, _FAULTS),
+        ),
+    ),
+    notices=(
+        Notice("=", "", "a streamed sample", (_NUMBER, *_SAMPLE)),
+        Notice("!", "BOOT", "the board has come up, heaters off", _IDENTITY),
+        Notice("!", "FAULT", "the latched faults have changed", (_FAULTS,)),
+        Notice("!", "CRC", "a frame came garbled and was not acted on", (_COUNT,)),
+    ),
+)

@@ -1,0 +1,65 @@
+"""Samples and temperatures -> rows of a run, with the gaps between them told."""
+
+from typing import Final
+
+from muscle_bayes.bench.heating import Heating
+from muscle_bayes.bench.run_file import Row, RunFile
+from muscle_bayes.bench.samples import Tell, TimedSample
+
+GAP: Final = 0.5
+"""Spacing of rows that is told as a gap, s, or ten periods."""
+
+
+class RowWriter:
+    """Writes a row a sample as long as every temperature that the run needs is known."""
+
+    def __init__(self, file: RunFile, heating: Heating, period: float, tell: Tell) -> None:
+        self.origin: float | None = None
+        """host time of the first row, s"""
+        self.time = 0.0
+        """of the newest row, s after the first"""
+        self.gaps = 0
+        self.longest_gap = 0.0
+        self._file = file
+        self._heating = heating
+        self._gap = max(GAP, 10 * period)
+        self._tell = tell
+
+    @property
+    def rows(self) -> int:
+        """Rows written."""
+        return self._file.rows
+
+    def log_time(self, now: float) -> float:
+        """Host time [s] on the log's clock; 0 before the first row."""
+        return 0.0 if self.origin is None else max(now - self.origin, 0.0)
+
+    def write(self, sample: TimedSample, causes: tuple[str, ...]) -> None:
+        """Write the row of a sample; `causes` go with a gap before it. Raises RunFileError."""
+        heating = self._heating
+        if heating.unknown:
+            return
+        first = self.origin is None
+        if self.origin is None:
+            self.origin = sample.time
+        time = round(sample.time - self.origin, 3)
+        if not first and time - self.time > self._gap:
+            self.gaps += 1
+            self.longest_gap = max(self.longest_gap, time - self.time)
+            self._tell("gap", start=self.time, end=time, causes=list(causes))
+        a, b = heating.channels
+        self._file.append(
+            Row(
+                time=time,
+                temperature_a=a.temperature,
+                setpoint_a=a.control.setpoint,
+                stable_a=a.control.stable,
+                temperature_b=b.temperature,
+                setpoint_b=b.control.setpoint,
+                stable_b=b.control.stable,
+                update=heating.fresh,
+                reading=sample.reading,
+            )
+        )
+        self.time = time
+        heating.fresh = False

@@ -1,0 +1,80 @@
+"""The plant on the simulated boards' pins: heater duty in, angle sensor and temperatures out."""
+
+from typing import Protocol
+
+from muscle_bayes.twin.bench import Bench
+from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.sensors import AngleSensor
+from muscle_bayes.twin.simulate import generators
+
+
+class Plant(Protocol):
+    """What the boards and the meter are wired to."""
+
+    def advance(self, duties: tuple[float, float], duration: float) -> None:
+        """Let a time [s] pass at these mean heater duties (0-255)."""
+        ...
+
+    def counts(self) -> int:
+        """What the angle sensor's converter would read now, 0-1023."""
+        ...
+
+    def temperatures(self) -> tuple[float, float]:
+        """Of both heater tubes, C."""
+        ...
+
+    def hang(self, mass: float) -> None:
+        """Change the load [kg]."""
+        ...
+
+
+class TwinPlant:
+    """The twin's rotor, muscles and heater tubes. Equal arguments give equal plants.
+
+    load in kg; angle [rad] is where the rotor is held at first, None = in equilibrium; hyst is the
+    muscles' initial sigma_hyst.
+    """
+
+    def __init__(
+        self,
+        rig: Rig | None = None,
+        *,
+        load: float = 0.060,
+        angle: float | None = None,
+        hyst: float = 0.02,
+        seed: int = 0,
+    ) -> None:
+        self.rig = rig or Rig()
+        self.bench = Bench(self.rig, load=load, hyst=hyst)
+        self.bench.place(angle)
+        streams = generators(seed)
+        spread = self.rig.potentiometer.zero_spread
+        self.zero_reading = self.rig.potentiometer.zero_reading + float(
+            streams["zero"].uniform(-spread, spread)
+        )
+        effects = self.rig.truth.effects
+        self._sensor = AngleSensor(
+            self.rig.potentiometer,
+            self.zero_reading,
+            streams["potentiometer"],
+            [effect.reading for effect in effects if effect.overrides("reading")],
+        )
+
+    def advance(self, duties: tuple[float, float], duration: float) -> None:
+        for channel, duty in zip(self.bench.channels, duties, strict=True):
+            channel.pwm = duty
+        self.bench.advance(duration)
+
+    def counts(self) -> int:
+        return self._sensor.read(self.bench.rotor.angle)
+
+    def temperatures(self) -> tuple[float, float]:
+        first, second = self.bench.channels
+        return first.tube.temperature, second.tube.temperature
+
+    def hang(self, mass: float) -> None:
+        self.bench.rotor.hang(mass)
+
+    def turn(self, angle: float) -> None:
+        """Hold the rotor at an angle [rad] by hand and let go."""
+        self.bench.place(angle)

@@ -1,0 +1,187 @@
+"""One ATmega328P in virtual time, by libsimavr behind firmware/simavr/bridge.c."""
+
+import ctypes
+from ctypes import POINTER, c_char_p, c_double, c_int, c_uint8, c_uint16, c_uint32, c_uint64
+from functools import cache
+from math import ceil
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Self
+
+from muscle_bayes.bench.protocol import ResetCause
+from muscle_bayes.bench.simulation.files import built
+from muscle_bayes.bench.transport import BOARD_BAUD
+from muscle_bayes.errors import MuscleBayesError
+
+FREQUENCY: Final = 16_000_000
+"""Processor clock, Hz."""
+CYCLES_PER_MS: Final = FREQUENCY // 1000
+ROLE_PIN: Final = 4
+"""Pin of port D that is tied to ground on a heater board."""
+_SUPPLY_MV = 5000
+_FULL_SCALE = 1023
+
+_SIGNATURES: Final = {
+    "bridge_open": ([c_char_p, c_uint32, c_uint32], ctypes.c_void_p),
+    "bridge_close": ([ctypes.c_void_p], None),
+    "bridge_run": ([ctypes.c_void_p, c_uint64], None),
+    "bridge_cycle": ([ctypes.c_void_p], c_uint64),
+    "bridge_duty": ([ctypes.c_void_p, c_int], c_int),
+    "bridge_duty_cycles": ([ctypes.c_void_p, c_int], c_double),
+    "bridge_peak": ([ctypes.c_void_p, c_int], c_int),
+    "bridge_send": ([ctypes.c_void_p, c_char_p, c_uint32], c_uint32),
+    "bridge_unsent": ([ctypes.c_void_p], c_uint32),
+    "bridge_drop_unsent": ([ctypes.c_void_p], None),
+    "bridge_receive": ([ctypes.c_void_p, POINTER(c_uint8), c_uint32], c_uint32),
+    "bridge_next_conversion": ([ctypes.c_void_p], c_uint64),
+    "bridge_analog": ([ctypes.c_void_p, c_int, c_uint32], None),
+    "bridge_ground_pin_d": ([ctypes.c_void_p, c_int, c_int], None),
+    "bridge_reset": ([ctypes.c_void_p, c_uint8, c_int], None),
+    "bridge_hang": ([ctypes.c_void_p, c_int], None),
+    "bridge_jump": ([ctypes.c_void_p, c_uint32], None),
+    "bridge_poke": ([ctypes.c_void_p, c_uint16, c_uint8], None),
+    "bridge_peek": ([ctypes.c_void_p, c_uint16], c_uint8),
+    "bridge_program_size": ([ctypes.c_void_p], c_uint32),
+}
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    path = built("libbench_simavr.so")
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise MuscleBayesError(
+            f"{path}: cannot be loaded: {error}. Mend: install libsimavr2 and libelf1, or build "
+            "it anew with `make firmware`."
+        ) from None
+    for name, (arguments, result) in _SIGNATURES.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype = arguments, result
+    return library
+
+
+class Processor:
+    """The firmware, its serial line and its pins. Time passes only in `run`."""
+
+    def __init__(self, *, heater: bool, elf: Path | None = None) -> None:
+        path = elf or built("muscle_bench.elf")
+        self._library = _library()
+        self._bridge: int | None = self._library.bridge_open(
+            str(path).encode(), FREQUENCY, BOARD_BAUD
+        )
+        if self._bridge is None:
+            raise MuscleBayesError(f"{path}: simavr cannot load it. Mend: run `make firmware`.")
+        self._buffer = (c_uint8 * 4096)()
+        self._target = 0
+        self._duty_cycles = (0.0, 0.0)
+        self._library.bridge_ground_pin_d(self._bridge, ROLE_PIN, int(heater))
+
+    def run(self, milliseconds: int) -> tuple[float, float]:
+        """Let time pass; mean duty (0-255) of both heater pins over it."""
+        library, bridge = self._library, self._bridge
+        self.run_cycles(milliseconds * CYCLES_PER_MS)
+        before = self._duty_cycles
+        first = library.bridge_duty_cycles(bridge, 0)
+        second = library.bridge_duty_cycles(bridge, 1)
+        self._duty_cycles = (first, second)
+        cycles = milliseconds * CYCLES_PER_MS
+        return (first - before[0]) / cycles, (second - before[1]) / cycles
+
+    def run_cycles(self, cycles: int) -> None:
+        """Let time pass."""
+        self._target += cycles
+        self._library.bridge_run(self._bridge, self._target)
+
+    @property
+    def cycle(self) -> int:
+        """Processor cycles since power-on."""
+        return int(self._library.bridge_cycle(self._bridge))
+
+    @property
+    def duties(self) -> tuple[int, int]:
+        """Duty (0-255) of both heater pins now, from the registers that drive them."""
+        library, bridge = self._library, self._bridge
+        return library.bridge_duty(bridge, 0), library.bridge_duty(bridge, 1)
+
+    def peaks(self) -> tuple[int, int]:
+        """Highest duty of both heater pins since the last call, however short."""
+        library, bridge = self._library, self._bridge
+        return library.bridge_peak(bridge, 0), library.bridge_peak(bridge, 1)
+
+    def send(self, data: bytes) -> None:
+        """Put bytes on the line to the board; they arrive at 115200 baud."""
+        taken = self._library.bridge_send(self._bridge, data, len(data))
+        if taken != len(data):
+            raise MuscleBayesError(
+                f"{len(data)} bytes are too many at once. Mend: let time pass between them."
+            )
+
+    @property
+    def unsent(self) -> int:
+        """Bytes still on the line to the board."""
+        return int(self._library.bridge_unsent(self._bridge))
+
+    def drop_unsent(self) -> None:
+        """Lose what is on the line to the board."""
+        self._library.bridge_drop_unsent(self._bridge)
+
+    def receive(self, max_bytes: int = 4096) -> bytes:
+        """Bytes that the board has sent."""
+        room = min(max_bytes, len(self._buffer))
+        count = self._library.bridge_receive(self._bridge, self._buffer, room)
+        return bytes(self._buffer[:count])
+
+    def conversions(self) -> list[int]:
+        """Cycles at which the converter was started since the last call; 4096 are kept."""
+        started = []
+        while cycle := self._library.bridge_next_conversion(self._bridge):
+            started.append(int(cycle))
+        return started
+
+    def set_analog(self, counts: int, channel: int = 0) -> None:
+        """Put the voltage on an analog input that converts to that many counts."""
+        millivolts = ceil(counts * _SUPPLY_MV / _FULL_SCALE)
+        self._library.bridge_analog(self._bridge, channel, millivolts)
+
+    def reset(self, cause: ResetCause) -> None:
+        """Reset; with power-on, RAM is lost too."""
+        self._library.bridge_reset(self._bridge, int(cause), int(ResetCause.POWER_ON in cause))
+
+    def hang(self, *, interrupts: bool) -> None:
+        """Send the processor into an endless loop, with interrupts on or off."""
+        self._library.bridge_hang(self._bridge, int(interrupts))
+
+    def jump(self, address: int) -> None:
+        """Let the processor go on at another byte address of the program."""
+        self._library.bridge_jump(self._bridge, address)
+
+    @property
+    def program_size(self) -> int:
+        """Bytes of flash in use."""
+        return int(self._library.bridge_program_size(self._bridge))
+
+    def poke(self, address: int, value: int) -> None:
+        """Overwrite one byte of data space: registers, ports or RAM."""
+        self._library.bridge_poke(self._bridge, address, value)
+
+    def peek(self, address: int) -> int:
+        """One byte of data space."""
+        return int(self._library.bridge_peek(self._bridge, address))
+
+    def close(self) -> None:
+        """Free the simulator."""
+        if self._bridge is not None:
+            self._library.bridge_close(self._bridge)
+            self._bridge = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,134 @@
+"""The simulated bench as the recorder's devices, with somebody who hangs its loads."""
+
+from typing import Any, Final
+
+from muscle_bayes.bench.board import Board
+from muscle_bayes.bench.devices import Devices
+from muscle_bayes.bench.link import Link
+from muscle_bayes.bench.meter import Meter, MeterSource
+from muscle_bayes.bench.sequence import RIG_TABLES, Sequence
+from muscle_bayes.bench.simulation.bench import SimulatedBench
+from muscle_bayes.bench.simulation.plant import TwinPlant
+from muscle_bayes.data import MuscleElement, NoElement, SpringElement
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.twin.metadata import describe
+from muscle_bayes.twin.overrides import override
+from muscle_bayes.twin.protocols import Stage, free
+from muscle_bayes.twin.rig import Rig
+
+NOTES: Final = (
+    "Synthetic: recorded from the real firmware in simavr with the simulator of this project as "
+    "plant, not measured."
+)
+_REACTION: Final = 0.5
+"""s that the simulated operator takes to press the key."""
+
+
+def simulated_devices(bench: SimulatedBench) -> Devices:
+    """Both boards and the meter of a simulated bench; links that were lost open again."""
+    clock = bench.clock
+
+    def board(line: Any, name: str) -> Board:
+        opened = Board(line, clock, name)
+        opened.identify()
+        return opened
+
+    def meter() -> MeterSource:
+        return Meter(bench.meter, clock)
+
+    return Devices(
+        sensor=Link("sensor board", lambda: board(bench.sensor_board, "sensor board"), clock),
+        heater=Link("heater board", lambda: board(bench.heater_board, "heater board"), clock),
+        meter=Link("meter", meter, clock),
+        clock=clock,
+    )
+
+
+class SimulatedOperator:
+    """Presses the key half a second after being asked, and pours from then on, evenly."""
+
+    def __init__(self, bench: SimulatedBench, load: float) -> None:
+        """`load` [kg] hangs at first."""
+        self._bench = bench
+        self._load = load
+        self._asked: tuple[float, float, float] | None = None
+        """since when [s], load [kg] and time of the pour [s]"""
+        self._pour: tuple[float, float, float, float] | None = None
+        """start [s], duration [s], load before and after [kg]"""
+        bench.listeners.append(self._pour_on)
+
+    def ask(self, load: float, pour_time: float) -> None:
+        self._asked = (self._bench.clock.now(), load, pour_time)
+
+    def poll(self) -> str | None:
+        if self._asked is None:
+            return None
+        since, load, pour_time = self._asked
+        now = self._bench.clock.now()
+        if now - since < _REACTION:
+            return None
+        self._asked, self._pour = None, (now, pour_time, self._load, load)
+        return "go"
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _pour_on(self, milliseconds: int) -> None:
+        if self._pour is None:
+            return
+        start, duration, before, after = self._pour
+        passed = milliseconds / 1000 - start
+        if passed >= duration:
+            self._load, self._pour = after, None
+        else:
+            self._load = before + (after - before) * max(passed, 0.0) / duration
+        self._bench.plant.hang(self._load)
+
+
+def rig_of(sequence: Sequence, rig: Rig) -> Rig:
+    """A rig with the tables that a sequence gives of it. Raises MuscleBayesError."""
+    values: dict[str, Any] = {}
+    for name in RIG_TABLES:
+        table = getattr(sequence, name)
+        if table is None:
+            continue
+        if not isinstance(table, MuscleElement | SpringElement | NoElement) and name[:-1] == (
+            "element_"
+        ):
+            raise MuscleBayesError(f"{name}: an arm cannot be simulated. Mend: another kind.")
+        for key, value in table.model_dump(exclude_none=True).items():
+            if (key, value) in (("motion", "rotary"), ("linkage", "pins")):
+                continue
+            if key in ("motion", "linkage"):
+                raise MuscleBayesError(
+                    f"{name}.{key}: {value!r} cannot be simulated. Mend: leave it out."
+                )
+            values[f"{name}.{key}"] = value
+    return override(rig, values)
+
+
+def rig_tables(rig: Rig) -> dict[str, Any]:
+    """A rig as the tables of NAME.toml."""
+    about = describe(rig, free([Stage(duration=1.0)]), ([0.0], [0.0]))
+    return {name: getattr(about, name) for name in RIG_TABLES}
+
+
+class SimulatedHand:
+    """Turns the rotor from one endstop to the other and back, holding it at each."""
+
+    def __init__(
+        self, bench: SimulatedBench, plant: TwinPlant, *, turn: float = 2.0, hold: float = 1.0
+    ) -> None:
+        """`turn` and `hold` in s; the first endstop is the lower one."""
+        self._plant = plant
+        self._turn, self._hold = turn, hold
+        self._start = bench.clock.now()
+        bench.listeners.append(self._move)
+
+    def _move(self, milliseconds: int) -> None:
+        lower, upper = self._plant.rig.fixture.stops
+        leg = self._turn + self._hold
+        passed = (milliseconds / 1000 - self._start + 0.5 * self._turn) % (2 * leg)
+        share = min(passed % leg / self._turn, 1.0)
+        ends = (upper, lower) if passed < leg else (lower, upper)
+        self._plant.turn(ends[0] + share * (ends[1] - ends[0]))

@@ -1,0 +1,81 @@
+"""What the commands share that talk to the bench."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from muscle_bayes.bench.devices import Devices
+    from muscle_bayes.twin.rig import Rig
+
+PortOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--port",
+        metavar="URL",
+        help="Port of a board, or any URL of pyserial; repeat it for the other board. Boards are "
+        "found by themselves unless said.",
+    ),
+]
+MeterOption = Annotated[
+    str | None, typer.Option("--meter", metavar="URL", help="Port of the meter; found unless said.")
+]
+SimulateOption = Annotated[
+    bool,
+    typer.Option(
+        "--simulate", help="No hardware: the real firmware in simavr, the simulator as plant."
+    ),
+]
+RigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--rig",
+        metavar="FILE",
+        help="Rig, where the sequence leaves it out: the tables of any run's NAME.toml. With "
+        "--simulate also what is true of it, as for `simulate --rig`.",
+    ),
+]
+
+
+def real_devices(ports: list[str] | None, meter: str | None) -> "Devices":
+    """The bench's own lines, not open yet."""
+    from muscle_bayes.bench.ports import PortFinder
+
+    return PortFinder(tuple(ports or ()), meter).devices()
+
+
+def simulated_rig(path: Path | None) -> "Rig":
+    """The simulated bench's rig. Raises MuscleBayesError."""
+    from muscle_bayes.twin.overrides import read_rig
+    from muscle_bayes.twin.rig import Rig
+
+    return Rig() if path is None else read_rig(path, Rig())
+
+
+def refuse_ports(ports: list[str] | None, meter: str | None) -> None:
+    """Raise where ports are given for a bench that has none."""
+    if ports or meter is not None:
+        raise MuscleBayesError("--simulate has no ports. Mend: leave --port and --meter out.")
+
+
+@contextmanager
+def signals_interrupt() -> Iterator[None]:
+    """Let a request to end, or a terminal that closes, end the command as Ctrl-C does."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
+    try:
+        yield
+    finally:
+        for name, handler in before.items():
+            signal.signal(getattr(signal, name), handler)

@@ -1,0 +1,126 @@
+"""`muscle-bayes bench-test`: what the firmware withstands, measured in simulation."""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+
+if TYPE_CHECKING:
+    from muscle_bayes.bench.trials.failures import Outcome
+    from muscle_bayes.bench.trials.fuzz import FuzzReport
+    from muscle_bayes.bench.trials.streaming import StreamReport
+
+EXIT_FAILED = 1
+
+
+def bench_test(
+    failures: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Failures to inject, at least; 0 = none.")
+    ] = 216,
+    fuzz: Annotated[
+        int, typer.Option(min=0, metavar="BYTES", help="Random command bytes; 0 = none.")
+    ] = 1_000_000,
+    minutes: Annotated[
+        float, typer.Option(min=0.0, metavar="M", help="Sampling at 33 Hz; 0 = none.")
+    ] = 30.0,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+) -> None:
+    """Try the firmware in simavr, in virtual time: failures, random commands, long sampling.
+
+    Exits with 1 where a heater stays on for more than 0.5 s, heats what was not asked for, or a
+    sample is lost.
+    """
+    from muscle_bayes.bench.trials.failures import inject_all
+    from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
+    from muscle_bayes.bench.trials.streaming import stream
+
+    report: dict[str, Any] = {"seed": seed}
+    passed = []
+    with _Progress() as progress:
+        if failures:
+            outcomes = inject_all(failures, seed, progress.bar("failures"))
+            passed.append(_tell_failures(outcomes))
+            report["failures"] = [asdict(outcome) for outcome in outcomes]
+        if fuzz:
+            fuzzed = fuzz_board(fuzz, seed, progress.bar("random commands"))
+            passed.append(_tell_fuzz(fuzzed))
+            report["fuzz"] = asdict(fuzzed)
+        if minutes:
+            streamed = stream(60.0 * minutes, seed, progress.bar("sampling"))
+            passed.append(_tell_stream(streamed))
+            report["stream"] = asdict(streamed)
+    report["passed"] = all(passed)
+    if json is not None:
+        write_json(json, report)
+    if not report["passed"]:
+        typer.echo("FAILED", err=True)
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _tell_failures(outcomes: "list[Outcome]") -> bool:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("failure", "injected", "known after, s", "off within, s", "safe")
+    for name in dict.fromkeys(outcome.failure for outcome in outcomes):
+        these = [outcome for outcome in outcomes if outcome.failure == name]
+        safe = sum(outcome.safe for outcome in these)
+        table.add_row(
+            name,
+            str(len(these)),
+            f"{these[0].known_after:g}",
+            f"{max(outcome.off_after for outcome in these):.3f}",
+            "all" if safe == len(these) else f"{safe} of {len(these)}",
+        )
+    Console().print(table)
+    safe = sum(outcome.safe for outcome in outcomes)
+    latest = max(outcome.off_after for outcome in outcomes)
+    typer.echo(
+        f"{safe} of {len(outcomes)} failures: heaters off within 0.5 s; latest {latest:.3f} s"
+    )
+    return safe == len(outcomes)
+
+
+def _tell_fuzz(report: "FuzzReport") -> bool:
+    from muscle_bayes.bench.trials.fuzz import LONGEST_HEAT
+
+    typer.echo(
+        f"{report.sent} random bytes, {report.commands} valid heater commands among them: a heater "
+        f"on for at most {report.longest_heat:.3f} s after one, {report.wrong_heat} ms of heat that "
+        f"was not asked for, {report.restarts} restarts"
+    )
+    return report.longest_heat <= LONGEST_HEAT and report.wrong_heat == 0 and report.restarts == 0
+
+
+def _tell_stream(report: "StreamReport") -> bool:
+    typer.echo(
+        f"{report.duration / 60:g} min at {report.rate:.3f} Hz: {report.samples} samples, "
+        f"{report.lost} lost; jitter at most {1e6 * report.jitter:.1f} us, stamps right to "
+        f"{1e6 * report.stamp_error:.1f} us; "
+        f"latency to the host {1e3 * report.latency_median:.1f} ms median, "
+        f"{1e3 * report.latency_99:.1f} ms 99 %, {1e3 * report.latency_most:.1f} ms at most"
+    )
+    return report.lost == 0
+
+
+class _Progress:
+    """A bar per trial on a terminal, nothing elsewhere."""
+
+    def __enter__(self) -> "_Progress":
+        from rich.console import Console
+        from rich.progress import Progress
+
+        self._bars = Progress(console=Console(stderr=True), transient=True)
+        self._bars.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bars.stop()
+
+    def bar(self, name: str) -> Any:
+        """A function that is told the share that is done."""
+        task = self._bars.add_task(name, total=1.0)
+        return lambda share: self._bars.update(task, completed=share)

@@ -1,0 +1,131 @@
+"""`muscle-bayes calibrate`: the potentiometer's zero and radians per count."""
+
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from muscle_bayes.cli.bench_options import (
+    PortOption,
+    RigOption,
+    SimulateOption,
+    real_devices,
+    refuse_ports,
+    signals_interrupt,
+    simulated_rig,
+)
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from muscle_bayes.bench.clock import Clock
+    from muscle_bayes.bench.devices import Devices
+
+_PERIOD = 0.02
+_SHOWN_EVERY = 0.2
+
+
+def calibrate(
+    stops: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            metavar="LOWER UPPER", help="Angles of the endstops, rad; those of --rig unless said."
+        ),
+    ] = None,
+    cycles: Annotated[int, typer.Option(min=2, max=50, help="Turns to and fro.")] = 4,
+    first: Annotated[
+        Literal["lower", "upper"],
+        typer.Option(help="Endstop to which the rotor is turned first."),
+    ] = "lower",
+    timeout: Annotated[
+        float, typer.Option(min=1.0, metavar="S", help="Give up after this long.")
+    ] = 300.0,
+    simulate: SimulateOption = False,
+    port: PortOption = None,
+    rig: RigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+) -> None:
+    """Calibrate the potentiometer: turn the rotor by hand from endstop to endstop and back.
+
+    Begin away from the endstops and hold the rotor at each for about a second. Prints the table
+    [potentiometer] for NAME.toml or a rig's file. No heater is on.
+    """
+    from muscle_bayes.bench.calibration import calibrate as calibrate_from
+
+    angles = stops or _stops(rig, simulate)
+    if not angles[0] < angles[1]:
+        raise MuscleBayesError(f"--stops {angles[0]:g} {angles[1]:g}. Mend: lower first.")
+    with ExitStack() as stack:
+        stack.enter_context(signals_interrupt())
+        if simulate:
+            refuse_ports(port, None)
+            from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
+            from muscle_bayes.bench.simulation.recording import SimulatedHand, simulated_devices
+
+            plant = TwinPlant(simulated_rig(rig), seed=seed)
+            bench = stack.enter_context(SimulatedBench(plant, seed))
+            SimulatedHand(bench, plant)
+            devices = simulated_devices(bench)
+        else:
+            devices = real_devices(port, None)
+        stack.callback(devices.close)
+        readings = _turn(devices, 2 * cycles, timeout)
+    found = calibrate_from(readings, angles, first)
+    typer.echo(f"[potentiometer]\nzero_reading = {found.zero_reading:.2f}")
+    typer.echo(f"radians_per_count = {found.radians_per_count:.6g}")
+    typer.echo(
+        f"standard errors: {found.zero_error:.2g} counts, {found.scale_error:.2g} rad per count",
+        err=True,
+    )
+    if json is not None:
+        write_json(json, {"stops": angles, **asdict(found)})
+
+
+def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:
+    from muscle_bayes.bench.sequence_file import read_rig
+
+    if simulate:
+        return simulated_rig(rig).fixture.stops
+    fixture = None if rig is None else read_rig(rig).get("fixture")
+    if fixture is None or fixture.stops is None:
+        raise MuscleBayesError(
+            "the angles of the endstops are not known. Mend: give --stops LOWER UPPER in rad, or "
+            "a --rig whose [fixture] has stops."
+        )
+    return fixture.stops
+
+
+def _turn(devices: "Devices", wanted: int, timeout: float) -> list[float]:
+    """Readings at the endstops, counts, as the rotor is turned."""
+    from rich.console import Console
+
+    from muscle_bayes.bench.calibration import EndstopFinder
+    from muscle_bayes.bench.samples import SampleStream
+
+    clock: Clock = devices.clock
+    finder = EndstopFinder()
+    board = devices.sensor.open()
+    stream = SampleStream(clock, _PERIOD, lambda kind, **facts: None)
+    stream.start(board)
+    end, shown = clock.now() + timeout, 0.0
+    with Console(stderr=True).status("turn the rotor to and fro") as status:
+        while len(finder.found) < wanted:
+            clock.sleep(0.005)
+            for sample in stream.poll(board):
+                finder.feed(sample.reading)
+            now = clock.now()
+            if now - shown > _SHOWN_EVERY and stream.newest is not None:
+                shown = now
+                status.update(
+                    f"{stream.newest.reading} counts, {len(finder.found)} of {wanted} endstops"
+                )
+            if now > end:
+                raise MuscleBayesError(
+                    f"{len(finder.found)} of {wanted} endstops were reached in {timeout:g} s. "
+                    "Mend: turn the rotor from endstop to endstop, or give a longer --timeout."
+                )
+    board.stream(0)
+    return finder.found

@@ -1,0 +1,73 @@
+"""`muscle-bayes sequence`: the thesis' test regimes as SEQUENCE.toml."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muscle_bayes.errors import MuscleBayesError
+
+
+class RegimeName(StrEnum):
+    """Regimes that are ready."""
+
+    staircase = "staircase"
+    sawtooth = "sawtooth"
+    training = "training"
+    t1 = "t1"
+    t2 = "t2"
+
+
+def sequence(
+    regime: Annotated[
+        RegimeName,
+        typer.Argument(
+            help="staircase: setpoint in steps up to 90 C and back, a run a load. sawtooth: fast "
+            "cycles, load poured on in between. training: cycles at a small load until the motion "
+            "repeats. t1: cycles and sweeps at rising loads, six runs. t2: 256 runs, one a pair of "
+            "starting and ending loads and temperatures."
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="SEQUENCE.toml", help="File; the terminal unless said."),
+    ] = None,
+    room: Annotated[
+        float, typer.Option(metavar="C", help="Setpoint that stands for the room, C.")
+    ] = 25.0,
+    mass: Annotated[
+        list[float] | None,
+        typer.Option(metavar="G", help="Test load of staircase or sawtooth in grams; repeatable."),
+    ] = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Rig to write into it: the tables of any run's NAME.toml."
+        ),
+    ] = None,
+) -> None:
+    """Write a test regime as a sequence for `muscle-bayes record`, to be changed at will."""
+    from muscle_bayes.bench.regimes import REGIMES, with_loads
+    from muscle_bayes.bench.sequence_file import read_rig, to_toml
+
+    if not 0.0 <= room <= 45.0:
+        raise MuscleBayesError(f"--room {room:g}: no room. Mend: give 0 to 45 C.")
+    built = with_loads(regime.value, room, [grams / 1000 for grams in mass or []])
+    if rig is not None:
+        built = built.model_copy(update=read_rig(rig))
+    text = to_toml(built, f"{regime.value}: {REGIMES[regime.value].about}")
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with out.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise MuscleBayesError(f"{out}: exists. Mend: choose another --out.") from None
+    except OSError as error:
+        raise MuscleBayesError(
+            f"{out}: cannot be written: {error.strerror or error}. Mend: choose another --out."
+        ) from None
+    typer.echo(f"{out}: {len(built.runs(out.stem))} runs")

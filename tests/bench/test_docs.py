@@ -1,0 +1,36 @@
+"""What docs/bench.md shows is what the program takes."""
+
+import re
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from muscle_bayes.bench.sequence import Limits
+from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.cli import app
+
+DOCS = Path(__file__).parents[2] / "docs" / "bench.md"
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", DOCS.read_text(), re.DOTALL)
+
+
+def test_the_sequence_shown_is_one():
+    (shown,) = blocks("toml")
+    sequence = parse_sequence(shown.encode(), DOCS)
+    (run,) = sequence.runs("shown")
+    assert len(run.once_through()) == 4
+    defaults = Limits()
+    for key in ("stage_timeout", "reconnect_time", "operator_timeout"):
+        assert getattr(sequence.limits, key) == getattr(defaults, key)
+
+
+def test_the_commands_shown_exist_with_their_options():
+    lines = [line for block in blocks("sh") for line in block.splitlines()]
+    shown = [line.split("#")[0].split() for line in lines if line.startswith("muscle-bayes ")]
+    assert len(shown) >= 5
+    for _, command, *words in shown:
+        told = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"})
+        assert told.exit_code == 0
+        assert all(word in told.output for word in words if word.startswith("--"))

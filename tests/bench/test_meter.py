@@ -1,0 +1,148 @@
+"""The TMD-56: its bytes, its driver by turns and in a thread over a socket."""
+
+import socket
+import threading
+import time
+
+import pytest
+from fake_bench import FakeClock, FakeMeter
+from hypothesis import given
+from hypothesis import strategies as st
+
+from muscle_bayes.bench.clock import RealClock
+from muscle_bayes.bench.meter import (
+    ANSWER_TIME,
+    REQUEST,
+    Meter,
+    MeterError,
+    ThreadedMeter,
+    first_reading,
+    format_answer,
+    parse_answer,
+)
+from muscle_bayes.bench.transport import meter_transport
+
+
+def test_known_answer():
+    answer = bytes([0x3E, 0x0F, 0, 0, 0, 0x01, 0x02, 0, 0, 0, 0x03, 0x84, 0x0D, 0x0A])
+    assert parse_answer(answer) == (25.8, 90.0)
+    assert REQUEST == b"#0A0000NA2\r\n"
+
+
+def test_open_channels():
+    answer = bytearray(14)
+    answer[5:7], answer[10:12] = b"\xff\xff", b"\x7f\xff"
+    assert parse_answer(bytes(answer)) == (None, None)
+
+
+@pytest.mark.parametrize("length", [0, 13, 15])
+def test_other_lengths_are_no_answers(length):
+    with pytest.raises(ValueError, match=f"14 bytes, this one {length}"):
+        parse_answer(bytes(length))
+
+
+celsius = st.one_of(st.none(), st.integers(0, 13720).map(lambda tenths: tenths / 10))
+
+
+@given(celsius, celsius)
+def test_format_and_parse_are_inverse(first, second):
+    assert parse_answer(format_answer((first, second))) == (first, second)
+
+
+class Bench:
+    def __init__(self):
+        self.clock = FakeClock()
+        self.device = FakeMeter(lambda: (30.0, 25.5))
+        self.clock.listeners.append(self.device.step)
+        self.meter = Meter(self.device, self.clock)
+
+    def run(self, seconds):
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            self.clock.sleep(0.005)
+            self.meter.poll()
+
+
+def test_polls_several_times_a_second():
+    bench = Bench()
+    bench.run(0.2)
+    assert bench.meter.latest.temperatures == (30.0, 25.5)
+    times = set()
+    for _ in range(100):
+        bench.run(0.01)
+        times.add(bench.meter.latest.time)
+    assert len(times) >= 8
+
+
+@pytest.mark.parametrize("garble", [lambda data: data[:-3], lambda data: data + data[:2]])
+def test_short_and_long_answers_are_counted_and_not_used(garble):
+    bench = Bench()
+    bench.device.garble = garble
+    bench.run(3.0)
+    assert bench.meter.latest is None
+    assert bench.meter.garbled >= 3.0 / (ANSWER_TIME + 0.1) - 1
+    bench.device.garble = lambda data: data
+    bench.run(1.0)
+    assert bench.meter.latest is not None
+
+
+def test_silent_meter_is_asked_again():
+    bench = Bench()
+    bench.device.silent = True
+    with pytest.raises(MeterError, match=r"no reading in 2 s.*switch it on"):
+        first_reading(bench.meter, bench.clock, 2.0)
+    bench.device.silent = False
+    assert first_reading(bench.meter, bench.clock, 2.0).temperatures == (30.0, 25.5)
+
+
+def test_line_that_is_gone():
+    bench = Bench()
+    bench.device.pulled = True
+    with pytest.raises(MeterError, match="gone"):
+        bench.run(0.1)
+
+
+@pytest.fixture
+def served():
+    """An emulated meter behind a socket; yields its address and a switch that ends it."""
+    server = socket.create_server(("127.0.0.1", 0))
+    stop = threading.Event()
+
+    def serve():
+        connection, _ = server.accept()
+        connection.settimeout(0.05)
+        with connection:
+            while not stop.is_set():
+                try:
+                    request = connection.recv(64)
+                except TimeoutError:
+                    continue
+                if request == REQUEST:
+                    connection.sendall(format_answer((41.5, None)))
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield f"socket://127.0.0.1:{server.getsockname()[1]}", stop
+    stop.set()
+    thread.join()
+    server.close()
+
+
+def poll_for(meter, seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        meter.poll()
+        time.sleep(0.01)
+
+
+def test_thread_polls_over_a_socket_and_tells_when_the_line_goes(served):
+    url, stop = served
+    meter = ThreadedMeter(Meter(meter_transport(url), RealClock()))
+    try:
+        reading = first_reading(meter, RealClock(), 5.0)
+        assert reading.temperatures == (41.5, None)
+        stop.set()
+        with pytest.raises(MeterError, match="gone"):
+            poll_for(meter, 5.0)
+    finally:
+        meter.close()
