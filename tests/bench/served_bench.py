@@ -50,7 +50,7 @@ class ServedBench:
     def heating(self):
         return any(self.bench.heater.duties)
 
-    def wait(self, condition, seconds=10.0):
+    def wait(self, condition, seconds=60.0):
         """Whether a condition holds within some seconds."""
         end = time.monotonic() + seconds
         while not condition():

@@ -77,7 +77,7 @@ def test_load_is_waited_for_and_the_time_counts_from_the_key():
 
 
 def test_pour_is_asked_for_in_its_own_words():
-    way = course(Stage(duration=2.0, load=0.2, pour_time=4.0))
+    way = course(Stage(duration=5.0, load=0.2, pour_time=4.0))
     way.advance(0.0)
     assert way.question == "Press a key as you begin to pour, over 4 s, up to 200 g"
 

@@ -25,15 +25,15 @@ class Settling:
     step: float
     """setpoint less the temperature at its start"""
     settled: bool
-    """within the band for longer than the rule's time when it ended"""
+    """stayed within the band for the rule's time"""
     settling_time: float
-    """s until it was in the band for good; NaN where it was not at the end"""
+    """s until it entered the band to stay for so long; NaN where it never did"""
     overshoot: float
     """farthest beyond the setpoint, in the direction of the step; 0 if never"""
     error: float
     """mean of temperature less setpoint over the last 5 s"""
     longest_error: float
-    """largest distance from the setpoint after it was in the band for good"""
+    """largest distance from the setpoint after that"""
 
 
 def settlings(run: Run, rule: StableRule | None = None) -> list[Settling]:
@@ -58,9 +58,13 @@ def _settling(
 ) -> Settling:
     error = temperature - setpoint
     outside = np.flatnonzero(np.abs(error) > rule.band)
-    first = int(outside[-1]) + 1 if outside.size else 0
-    inside = first < time.size
-    held = float(time[-1] - time[first]) if inside else 0.0
+    # Stretches inside the band lie between readings outside it.
+    begins, ends = np.r_[0, outside + 1], np.r_[outside, time.size]
+    held = time[np.maximum(ends - 1, 0)] - time[np.minimum(begins, time.size - 1)]
+    # The log's rows see a stretch a little shorter than the controller did.
+    lasting = np.flatnonzero((ends > begins) & (held > 0.95 * rule.time))
+    settled = lasting.size > 0
+    first = int(begins[lasting[0]]) if settled else 0
     step = setpoint - float(temperature[0])
     beyond = error if step >= 0 else -error
     return Settling(
@@ -68,9 +72,9 @@ def _settling(
         start=float(time[0]),
         setpoint=setpoint,
         step=step,
-        settled=inside and held > 0.95 * rule.time,
-        settling_time=float(time[first] - time[0]) if inside else float("nan"),
+        settled=settled,
+        settling_time=float(time[first] - time[0]) if settled else float("nan"),
         overshoot=max(float(beyond.max()), 0.0),
         error=float(error[time >= time[-1] - _END].mean()),
-        longest_error=float(np.abs(error[first:]).max()) if inside else float("nan"),
+        longest_error=float(np.abs(error[first:]).max()) if settled else float("nan"),
     )
