@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc real
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -49,6 +49,10 @@ firmware-if-possible:
 
 data: $(READY) ## write the shipped synthetic runs anew, byte for byte
 	@$(BIN)/muscle-bayes simulate shipped --out data
+
+REAL ?= ../shared/real
+real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published values (REAL=folder)
+	@$(BIN)/python scripts/published_rigs.py $(REAL)
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py

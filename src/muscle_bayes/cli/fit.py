@@ -1,5 +1,6 @@
 """`muscle-bayes fit`: a posterior from runs."""
 
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -89,10 +90,13 @@ def show(summary: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    console = Console()
+    # A file or pipe has no width of its own; numbers must not be cut.
+    console = Console(width=None if sys.stdout.isatty() else 120)
     table = Table("parameter", "mean", "sd", "5 %", "95 %", "R-hat", "bulk ESS")
+    for column in table.columns:
+        column.overflow = "fold"
     for name, row in summary["parameters"].items():
-        numbers = [f"{row[key]:.6g}" for key in ("mean", "sd", "q05", "q95")]
+        numbers = [f"{row[key]:.5g}" for key in ("mean", "sd", "q05", "q95")]
         table.add_row(name, *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}")
     console.print(table)
     fits = Table("run", "RMSE", "unit", "90 % coverage")

@@ -29,7 +29,7 @@ SHRUNK = 0.03
 parameter shows any effect, and where an effect drowns the rest, a descent goes to its own mode."""
 STARTS = 40
 """Most draws whose shape is fitted, best first, every other one shrunk."""
-AGREEING, AGREEMENT = 3, 1.0
+AGREEING, AGREEMENT = 3, 5.0
 """The search ends when so many starts have come within this of the least -log density so far."""
 FINALISTS = 5
 """Best shapes that are fitted in full."""

@@ -1,0 +1,81 @@
+"""Moves of the noise parameters: the map they propose in, and the density they leave as it is."""
+
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from muscle_bayes.data import read_runs
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.density import constrain, potential, potential_given, predictions
+from muscle_bayes.inference.noise_moves import Proposal, entries_of, move_noise, shape_of
+from muscle_bayes.inference.optimise import find_mode
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.problem import pose
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@double_precision
+def test_shape_is_a_bijection_of_constant_volume():
+    entries = jnp.array([-1.0, -2.5, 0.3, 0.4, 0.1, 2.0])
+    np.testing.assert_allclose(entries_of(shape_of(entries)), entries, rtol=1e-12)
+    for at in (entries, entries + jnp.array([3.0, -1.0, 0.0, -2.0, 4.0, 1.0])):
+        slope = jax.jacfwd(shape_of)(at)
+        np.testing.assert_allclose(np.abs(np.linalg.det(slope)), 4.0, rtol=1e-10)
+
+
+@pytest.fixture(scope="module")
+def spring():
+    problem = pose(read_runs([DATA / "spring-1.csv"]))
+    mode = double_precision(find_mode)(jax.random.key(0), problem.layout, problem.data)
+    return problem, mode.vector
+
+
+@double_precision
+def test_potential_given_its_predictions_is_the_potential(spring):
+    problem, vector = spring
+    layout, data = problem.layout, problem.data
+    predicted = predictions(constrain(vector, layout, data), layout, data)
+    other = vector.at[blocks(layout).noise].add(0.3)
+    np.testing.assert_allclose(
+        potential_given(predicted, other, layout, data), potential(other, layout, data), rtol=1e-12
+    )
+
+
+@double_precision
+@pytest.mark.parametrize(("shift", "width"), [(0.0, 1.0), (0.7, 0.6)])
+def test_moves_leave_the_density_as_it_is_whatever_they_propose(spring, shift, width):
+    problem, vector = spring
+    layout, data = problem.layout, problem.data
+    noise = blocks(layout).noise
+    predicted = predictions(constrain(vector, layout, data), layout, data)
+
+    # Exact mean and spread of log total noise by importance sampling with very many draws.
+    centre = shape_of(vector[noise])
+    key_grid, key_chain = jax.random.split(jax.random.key(1))
+    spread = jnp.array([0.3, 2.5, 1.5])
+    kicks = jax.random.normal(key_grid, (40_000, 3))
+    points = centre + spread * kicks
+
+    def energy(point):
+        return potential_given(predicted, vector.at[noise].set(entries_of(point)), layout, data)
+
+    log_weight = -jax.jit(lambda x: jax.lax.map(energy, x, batch_size=500))(points)
+    weight = jax.nn.softmax(log_weight + 0.5 * jnp.sum(kicks**2, axis=1))
+    assert 1.0 / jnp.sum(weight**2) > 400
+    mean = weight @ points[:, 0]
+    sd = jnp.sqrt(weight @ (points[:, 0] - mean) ** 2)
+
+    proposal = Proposal(centre + shift * spread * 0.3, jnp.diag(width * 0.5 * spread))
+
+    def step(at, key):
+        at = move_noise(key, predicted, at, proposal, layout, data)
+        return at, shape_of(at[noise])[0]
+
+    keys = jax.random.split(key_chain, 3000)
+    _, totals = jax.jit(lambda start: jax.lax.scan(step, start, keys))(vector)
+    assert abs(totals[200:].mean() - mean) < 0.2 * sd
+    np.testing.assert_allclose(totals[200:].std(), sd, rtol=0.2)
