@@ -39,7 +39,7 @@ def _numbers(study: "Study") -> Numbers:
     muscle = study.posterior("muscle")
     figures = study.out / "figures"
     save(posterior_figure(coulomb, TABLE_1["coulomb"], "fixture"), figures / "fixture.png")
-    save(posterior_figure(muscle, TABLE_2, "muscle"), figures / "muscle.png")
+    save(posterior_figure(muscle, TABLE_1["coulomb"] | TABLE_2, "muscle"), figures / "muscle.png")
     origin = {run.name: run.metadata.origin for run in study.runs}
     staircases, sawtooths = study.of_protocol("staircase"), study.of_protocol("sawtooth")
     for name, runs in (("fixture", study.of_protocol("spring")), ("muscle", staircases)):
@@ -175,7 +175,7 @@ def _page(numbers: Numbers) -> str:
         "",
         "## Muscle",
         "",
-        *_parameter_table(numbers["muscle"], TABLE_2),
+        *_parameter_table(numbers["muscle"], TABLE_1["coulomb"] | TABLE_2),
         "",
         _verdict(numbers["muscle"]),
         "",
