@@ -27,6 +27,8 @@ TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
 """Prior median of how long misfit lasts, s."""
 
 
+MUSCLE_PORTS = ("tension", "offset", "damper", "temperature")
+"""Ports of the plant that only a muscle has."""
 SIZE_STEP = 64
 """Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
 
@@ -159,8 +161,12 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
         effect_type(name)
     if len(set(effects)) < len(effects):
         raise MuscleBayesError("an effect was named twice; name each effect once")
-    if "coil-contact" in effects and not any(has_muscle(run) for run in runs):
-        raise MuscleBayesError("effect 'coil-contact' acts on a muscle, but no run has one")
+    if not any(has_muscle(run) for run in runs):
+        for name in effects:
+            if effect_type(name).port in MUSCLE_PORTS:
+                raise MuscleBayesError(
+                    f"effect '{name}' acts on a muscle, but no run has one; leave it out or add runs"
+                )
 
 
 @double_precision
