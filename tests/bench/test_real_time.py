@@ -116,7 +116,7 @@ def test_in_a_terminal(tmp_path, served, record):
     os.write(far, b" ")
     assert served.wait(lambda: served.heating)
     assert served.wait(lambda: sees(b"setpoint"))
-    assert sees(b"85.0 C")
+    assert served.wait(lambda: sees(b"85.0 C"))
     assert served.wait(lambda: (tmp_path / "runs" / "trial.csv").exists())
     os.write(far, b"q")
     assert served.wait(lambda: not served.heating, 2.0)

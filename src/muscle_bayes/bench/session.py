@@ -84,8 +84,9 @@ class Session:
         """Ask for a load [kg] where another hangs, heaters off, and wait for the key."""
         if self.load == load:
             return
-        self.view.ask(f"Hang {1000 * load:g} g, then press a key to begin; q stops")
+        # First drop older keys, then ask: a quick answer must not be dropped with them.
         self.operator.ask(load, 0.0)
+        self.view.ask(f"Hang {1000 * load:g} g, then press a key to begin; q stops")
         while (key := self.operator.poll()) is None:
             self.devices.clock.sleep(_LOOK)
         if key == "stop":
