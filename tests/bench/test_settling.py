@@ -55,3 +55,12 @@ def test_reached_too_late_to_count(tmp_path):
     (found,) = settlings(run(tmp_path, np.full(230, 40.0), temperature))
     assert not found.settled
     assert np.isnan(found.settling_time)
+
+
+def test_held_long_enough_and_left_again(tmp_path):
+    """A stage that goes on may leave the band: it had settled, and the log tells how far it went."""
+    temperature = np.r_[np.full(100, 30.0), np.full(110, 40.5), np.full(20, 41.3)]
+    (found,) = settlings(run(tmp_path, np.full(230, 40.0), temperature))
+    assert found.settled
+    assert found.settling_time == pytest.approx(10.0)
+    assert found.longest_error == pytest.approx(1.3)

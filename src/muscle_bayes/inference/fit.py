@@ -82,6 +82,7 @@ def fit(
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(compile_for, problem.layout, problem.data, effort.warmup)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        report("searching", STARTS, STARTS)
         ready.result()
     drawn = draw(
         keys[1],

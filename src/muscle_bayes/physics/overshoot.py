@@ -15,6 +15,12 @@ LONGEST_SWING = 0.25
 """Largest J / k that is taken for a swing of the rotor and not for slackness, s^2."""
 
 
+def lead(damping: Scalar | float) -> Scalar:
+    """Mean overshoot of a rotor that jumps, in units of |x''| J / k, at a damping ratio."""
+    lasts = jnp.exp(-((damping / LASTING_DAMPING) ** 3))
+    return DAMPED_LEAD + (FREE_LEAD - DAMPED_LEAD) * lasts
+
+
 def overshoot(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
     """c J / k [s^2]: sliding ends as if temperature were ahead by this times its braking.
 
@@ -36,7 +42,5 @@ def overshoot(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) ->
     mass = jnp.where(heavy, inertia, 1.0)
     spring = jnp.maximum(stiffness, mass / LONGEST_SWING)
     ratio = 0.5 * jnp.maximum(damping, 0.0) / jnp.sqrt(spring * mass)
-    lasts = jnp.exp(-((ratio / LASTING_DAMPING) ** 3))
-    jumps = jnp.where(plant.friction.dry > 0.0, lasts, 0.0)
-    lead = DAMPED_LEAD + (FREE_LEAD - DAMPED_LEAD) * jumps
-    return jnp.where(heavy, lead * mass / spring, 0.0)
+    times = jnp.where(plant.friction.dry > 0.0, lead(ratio), DAMPED_LEAD)
+    return jnp.where(heavy, times * mass / spring, 0.0)

@@ -1,0 +1,69 @@
+"""Moves of the minimum forces leave a density as it is, and cross a wall that plain moves do not."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.problem import Layout
+from muscle_bayes.inference.walled_moves import WalledState, move_walled
+
+NAMES = ("modulus", "taut_strain", "F_modulus_min", "stiffness_hyst", "F_hyst_min", "slow.noise")
+LAYOUT = Layout("coulomb", (), ("slow",), (False,), tuple((name, ()) for name in NAMES))
+VECTOR = np.array([0.2, 0.0, 0.1, 0.3, -0.2, 0.0])
+"""Logarithms, but for taut_strain."""
+
+
+def run_chain(energy_of, iterations: int, stride: float):
+    """Vectors after each round of moves, started at VECTOR with a factor that is not the unit's."""
+    smooth = blocks(LAYOUT).smooth
+    factor = jnp.array([[0.5, 0.0, 0.0], [0.2, 0.8, 0.0], [-0.1, 0.3, 0.4]])
+
+    def whole(z, vector):
+        return vector.at[smooth].set(VECTOR[smooth] + factor @ z)
+
+    def energy_at(z, vector):
+        return energy_of(whole(z, vector))
+
+    def step(state, key):
+        state = move_walled(key, state, energy_at, factor, jnp.full(2, stride), LAYOUT)
+        vector = whole(state.z, state.vector)
+        return WalledState(state.z, vector, state.energy), vector
+
+    first = jnp.asarray(VECTOR)
+    start = WalledState(jnp.zeros(3), first, energy_at(jnp.zeros(3), first))
+    keys = jax.random.split(jax.random.key(0), iterations)
+    return np.asarray(jax.jit(lambda s: jax.lax.scan(step, s, keys))(start)[1])
+
+
+@double_precision
+def test_a_normal_density_is_left_as_it_is():
+    spread = np.array([[0.30, 0.10, -0.05], [0.10, 0.20, 0.04], [-0.05, 0.04, 0.25]])
+    moved = np.array([1, 2, 4])
+    precision = jnp.linalg.inv(jnp.asarray(spread))
+
+    def energy(vector):
+        away = vector[moved] - VECTOR[moved]
+        return 0.5 * away @ precision @ away
+
+    draws = run_chain(energy, 40_000, 0.8)
+    still = np.array([0, 3, 5])
+    np.testing.assert_allclose(draws[:, still] - VECTOR[still], 0.0, atol=1e-12)
+    seen = draws[1000:][:, np.asarray(moved)]
+    np.testing.assert_allclose(seen.mean(axis=0), VECTOR[moved], atol=0.04)
+    np.testing.assert_allclose(np.cov(seen.T), spread, atol=0.03)
+
+
+@double_precision
+def test_a_shut_spring_s_force_moves_with_the_muscle_s_length_held():
+    """Only taut_strain + F/modulus is known, to 1e-4: what a shut MODULUS tells."""
+
+    def energy(vector):
+        length = vector[1] + jnp.exp(vector[2] - vector[0])
+        known = jnp.exp(VECTOR[2] - VECTOR[0])
+        prior = (vector[2] - VECTOR[2]) ** 2 + (vector[4] - VECTOR[4]) ** 2
+        return 0.5 * ((length - known) / 1e-4) ** 2 + 0.5 * prior
+
+    forces = run_chain(energy, 4000, 1.0)[500:, 2]
+    np.testing.assert_allclose(forces.std(), 1.0, rtol=0.15)
