@@ -15,11 +15,11 @@ from muscle_bayes.inference.density import (
     constrain,
     log_likelihood,
     potential,
-    responses,
     standardised_errors,
     unconstrain,
 )
 from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.problem import Problem, pose
 
 DATA = Path(__file__).parents[2] / "data"

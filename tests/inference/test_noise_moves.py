@@ -9,7 +9,8 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import constrain, potential, potential_given, predictions
+from muscle_bayes.inference.density import constrain, potential, potential_given
+from muscle_bayes.inference.lane_model import predictions
 from muscle_bayes.inference.noise_moves import Proposal, entries_of, move_noise, shape_of
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision

@@ -11,7 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from muscle_bayes.inference.density import constrain, lane_fits, muscle_of
+from muscle_bayes.inference.density import constrain, lane_fits
+from muscle_bayes.inference.lane_model import muscle_of
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS

@@ -8,12 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import (
-    Prediction,
-    constrain,
-    potential_given,
-    predictions,
-)
+from muscle_bayes.inference.density import constrain, potential_given
+from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.problem import Data, Layout
 
 FREEDOM = 5.0
@@ -111,7 +107,7 @@ def adapt(
 
 def _log_weights(
     points: Float[Array, "count k"],
-    predicted: list[Prediction],
+    predicted: list[LanePrediction],
     vector: Array,
     proposal: Proposal,
     layout: Layout,
@@ -130,7 +126,7 @@ def _log_weights(
 
 def move_noise(
     key: Array,
-    predicted: list[Prediction],
+    predicted: list[LanePrediction],
     vector: Array,
     proposal: Proposal,
     layout: Layout,

@@ -9,11 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.density import (
-    NoiseParameters,
-    noise_of,
-    responses,
-)
+from muscle_bayes.inference.density import NoiseParameters, noise_of
+from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.noise import reading_variance
 from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
 

@@ -12,13 +12,8 @@ from jaxtyping import Array, Float
 from numpyro.infer.hmc import hmc
 
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import (
-    Prediction,
-    constrain,
-    potential,
-    potential_given,
-    predictions,
-)
+from muscle_bayes.inference.density import constrain, potential, potential_given
+from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import Proposal, adapt, disperse, move_noise
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
@@ -116,14 +111,14 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
             nuts, rest = nuts._replace(z=moved.z), moved.vector
 
         # One simulation with its derivatives serves the noise's move and the next start of NUTS.
-        def simulate(z: Array) -> list[Prediction]:
+        def simulate(z: Array) -> list[LanePrediction]:
             return predictions(constrain(vector_of(z, white, rest), layout, data), layout, data)
 
         predicted, pull_back = jax.vjp(simulate, nuts.z)
         vector = vector_of(nuts.z, white, rest)
         rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
 
-        def energy_of(predicted: list[Prediction], z: Array) -> Array:
+        def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
             return potential_given(predicted, vector_of(z, white, rest), layout, data)
 
         energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, nuts.z)

@@ -9,7 +9,8 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.inference.density import lane_fits, physical_of, plant_of
+from muscle_bayes.inference.density import lane_fits
+from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.predict import Draws
 from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
 from muscle_bayes.physics.element import Muscle

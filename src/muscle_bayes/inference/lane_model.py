@@ -1,0 +1,180 @@
+"""What the model says of every lane under given values: the plant, its start, its simulation."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.prior import first_hyst, muscle_parameters
+from muscle_bayes.inference.problem import Data, Lanes, Layout
+from muscle_bayes.inference.rig import with_parameters
+from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.friction import FRICTION_LAWS
+from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.simulation import Response, simulate_fast, simulate_slow
+
+Values = Mapping[str, Array]
+
+
+def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
+    """Table 2's parameters, or None where the problem has no muscle."""
+    if "contraction" not in values:
+        return None
+    return muscle_parameters(values, data.base_length, data.tension)
+
+
+class Physical(NamedTuple):
+    """What the plant of every lane shares."""
+
+    inertia: Array
+    """J."""
+    friction: Array
+    """D."""
+    muscle: MuscleParameters | None
+    effects: tuple[dict[str, Array], ...]
+    """Parameters of each effect, in the layout's order."""
+
+
+def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
+    """The plant's parameters from the sampled values."""
+    effects = tuple(
+        {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
+        for name in layout.effects
+    )
+    return Physical(values["J"], values["D"], muscle_of(values, data), effects)
+
+
+def plant_of(rig: Plant, physical: Physical, layout: Layout) -> Plant:
+    """A rig with its parameters filled in and the layout's effects added."""
+    friction = FRICTION_LAWS[layout.friction](physical.friction)
+    plant = with_parameters(rig, physical.inertia, friction, physical.muscle)
+    for name, parameters in zip(layout.effects, physical.effects, strict=True):
+        plant = plant + effect_type(name)(**parameters)
+    return plant
+
+
+class Origin(NamedTuple):
+    """What a lane's own simulation starts from; None where it is not an unknown."""
+
+    q: Float[Array, ""]
+    """First coordinate [rad or m]."""
+    speed: Float[Array, ""] | None
+    """First speed [rad/s or m/s]; None: at rest."""
+    hyst: Float[Array, ""] | None
+    """First sigma_hyst of both sides; None: no muscle."""
+
+
+class Inputs(NamedTuple):
+    """All that one lane's simulation depends on."""
+
+    physical: Physical
+    origin: Origin
+
+
+def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
+    """Reading at q = 0 of every lane [log's unit]."""
+    zero = values.get(f"{regime}.zero")
+    return jnp.zeros(lanes.run.shape) if zero is None or cut else zero[lanes.run]
+
+
+def _origins(values: Values, lanes: Lanes, regime: str, cut: bool) -> Origin:
+    """Start of every lane, from the per-run unknowns (or the rough start of a segment)."""
+    if cut:
+        return Origin(lanes.scale * lanes.start[:, 0], lanes.scale * lanes.start[:, 1], None)
+    first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
+    speed, held = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_tension")
+    if speed is not None:
+        speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)
+    hyst = None if held is None else first_hyst(values, held)[lanes.run]
+    return Origin(lanes.scale * first, speed, hyst)
+
+
+def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
+    """Response of one lane; `sensed` in readings above the reading at q = 0."""
+    plant = plant_of(lane.plant, inputs.physical, layout)
+    q, speed, hyst = inputs.origin
+    both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
+    if regime == "slow":
+        response = simulate_slow(plant, lane.schedule, q, both)
+    else:
+        moving = jnp.zeros(()) if speed is None else speed
+        response = simulate_fast(plant, lane.schedule, q, moving, both)
+    return response._replace(sensed=response.sensed / lane.scale)
+
+
+def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
+    """Response of every lane, `sensed` in the log's unit, one entry a group, lanes leading."""
+    result = []
+    physical = physical_of(values, layout, data)
+    for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+
+        def one(lane, origin, zero, regime=regime):
+            response = _simulate(Inputs(physical, origin), lane, layout, regime)
+            return response._replace(sensed=zero + response.sensed)
+
+        origins = _origins(values, lanes, regime, cut)
+        result.append(jax.vmap(one)(lanes, origins, zeros_of(values, lanes, regime, cut)))
+    return result
+
+
+class LanePrediction(NamedTuple):
+    """What a lane's model says of its readings."""
+
+    reading: Float[Array, " interval"]
+    """Readings above the reading at q = 0."""
+    reach: Float[Array, "interval 2"] | None
+    """Change of the readings per prior standard deviation of a segment's start; None if not cut."""
+    finite: Float[Array, ""]
+    """1 if the solve succeeded, else 0."""
+
+
+@lru_cache(maxsize=64)
+def _predictor(layout: Layout, regime: str, cut: bool, structure: Any) -> Callable:
+    """LanePrediction of one lane from the leaves of its Inputs, differentiable in any mode.
+
+    One function object per layout: JAX then traces a simulation once, however often it is used.
+    """
+
+    def predict(leaves: Array, lane: Lanes) -> LanePrediction:
+        physical, origin = jax.tree.unflatten(structure, list(leaves))
+
+        def at(q, speed) -> tuple[Array, Array]:
+            moved = Inputs(physical, origin._replace(q=q, speed=speed))
+            response = _simulate(moved, lane, layout, regime)
+            return response.sensed, response.finite
+
+        reading, finite = at(origin.q, origin.speed)
+        if not cut:
+            return LanePrediction(reading, None, finite * 1.0)
+
+        def along(direction: Array) -> Array:
+            return jax.jvp(lambda *x: at(*x)[0], (origin.q, origin.speed), tuple(direction))[1]
+
+        reach = jax.vmap(along, out_axes=1)(jnp.diag(lane.start_spread * lane.scale))
+        return LanePrediction(reading, reach, finite * 1.0)
+
+    return jax.jit(with_forward_jacobian(predict))
+
+
+def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool) -> LanePrediction:
+    """LanePrediction of one lane, differentiable in any mode."""
+    leaves, structure = jax.tree.flatten(inputs)
+    return _predictor(layout, regime, cut, structure)(jnp.stack(leaves), lane)
+
+
+def predictions(values: Values, layout: Layout, data: Data) -> list[LanePrediction]:
+    """Predictions of every lane, one entry a group; they do not depend on the noise parameters."""
+    result = []
+    physical = physical_of(values, layout, data)
+    for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+
+        def one(lane, origin, regime=regime, cut=cut):
+            return _predict(Inputs(physical, origin), lane, layout, regime, cut)
+
+        result.append(jax.vmap(one)(lanes, _origins(values, lanes, regime, cut)))
+    return result
