@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 
+from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.prior import first_hyst, muscle_parameters, muscle_sites
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.springs import tensile_spring
@@ -22,6 +23,7 @@ def sampled_from_table_2() -> dict[str, float]:
     damper = {t: TABLE_2["H"] * (t + TABLE_2["T_hyst_offset"]) for t in (25.0, 90.0)}
     return {
         "taut_strain": strain(25.0)
+        + 2.0 * STRAIN_EPSILON
         + (TENSION - TABLE_2["F_modulus_min"]) / modulus
         + (TENSION - TABLE_2["F_hyst_min"]) / hyst,
         "contraction": contraction,
@@ -42,7 +44,7 @@ def test_table_2_comes_back_from_its_sampled_quantities() -> None:
 
 
 def test_priors_reach_table_2_without_being_centred_on_it() -> None:
-    sites = muscle_sites(Scales(force=0.18, speed=1.0, tension=TENSION))
+    sites = muscle_sites(Scales(force=0.18, speed=1.0, tension=TENSION), first_strain=0.2)
     shares = []
     for name, value in sampled_from_table_2().items():
         draws = np.asarray(sites[name].prior.sample(jax.random.key(3), (20_000,)))

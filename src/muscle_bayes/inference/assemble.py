@@ -11,12 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from muscle_bayes.inference.density import constrain, lane_fits
+from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.lane_model import muscle_of
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.programs import fits_with, predictions_at
 from muscle_bayes.inference.sampler import Draws
 
 MAX_RHAT = 1.01
@@ -147,16 +148,14 @@ def _labelled(predictions: list[Prediction], key: str) -> xr.Dataset:
 def _log_likelihood(problem: Problem, draws: dict[str, Any]) -> xr.Dataset:
     """Log density of each reading given the earlier ones, for each run."""
     layout, data = problem.layout, problem.data
-    evaluate = jax.jit(
-        lambda d: jax.lax.map(
-            lambda v: [fit.log_density for fit in lane_fits(v, layout, data)], d, batch_size=4
-        )
-    )
     pieces: dict[int, list[np.ndarray]] = {}
-    for density, lanes, owners in zip(evaluate(draws), data.lanes, problem.lane_runs, strict=True):
+    vectors = jax.jit(jax.vmap(lambda values: unconstrain(values, layout, data)))(draws)
+    fits = [fits_with(predictions_at(v, layout, data), v, layout, data) for v in vectors]
+    for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
+        density = np.stack([np.asarray(fit[group].log_density) for fit in fits])
         for lane, owner in enumerate(owners):
             seen = np.asarray(lanes.weight[lane] > 0)
-            pieces.setdefault(owner, []).append(np.asarray(density[:, lane])[:, seen])
+            pieces.setdefault(owner, []).append(density[:, lane][:, seen])
     return xr.Dataset(
         {
             problem.runs[i].name: (

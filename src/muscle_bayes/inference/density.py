@@ -15,11 +15,12 @@ from muscle_bayes.inference.problem import Data, Lanes, Layout
 LOG_2PI = float(np.log(2.0 * np.pi))
 
 
-def rms_by_regime(values: Values, layout: Layout, data: Data) -> dict[str, Array]:
+def rms_by_regime(
+    predicted: list[LanePrediction], values: Values, layout: Layout, data: Data
+) -> dict[str, Array]:
     """Root mean square of reading minus model over all readings of each regime [log's unit]."""
     squares: dict[str, Array] = {}
     counts: dict[str, Array] = {}
-    predicted = predictions(values, layout, data)
     groups = zip(predicted, data.lanes, layout.regimes, layout.segmented, strict=True)
     for prediction, lanes, regime, cut in groups:
         zero = zeros_of(values, lanes, regime, cut)[:, None]
@@ -158,7 +159,10 @@ def potential_given(
     return -(log_prior(vector, layout, data) + _total(fits))
 
 
-def standardised_errors(vector: Float[Array, " n"], layout: Layout, data: Data) -> Array:
-    """Every standardised error in one vector: their Jacobian gives the Fisher information."""
+def potential_and_errors(
+    vector: Float[Array, " n"], layout: Layout, data: Data
+) -> tuple[Float[Array, ""], Float[Array, " errors"]]:
+    """`potential`, and every standardised error: their Jacobian gives the Fisher information."""
     fits = lane_fits(constrain(vector, layout, data), layout, data)
-    return jnp.concatenate([fit.errors.ravel() for fit in fits])
+    errors = jnp.concatenate([fit.errors.ravel() for fit in fits])
+    return -(log_prior(vector, layout, data) + _total(fits)), errors

@@ -16,7 +16,7 @@ from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.sampler import compile_for, draw
+from muscle_bayes.inference.sampler import draw, prepare
 
 MIN_ESS = 400
 
@@ -31,7 +31,7 @@ class Effort:
     min_ess: int = MIN_ESS
 
 
-QUICK = Effort(chains=4, warmup=100, draws=300, min_ess=200)
+QUICK = Effort(chains=4, warmup=100, draws=500, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 
@@ -79,14 +79,16 @@ def fit(
         done += count
         report("sampling", done, total)
 
+    preparation = prepare(problem.layout, problem.data, effort.warmup)
     with ThreadPoolExecutor(1) as pool:
-        ready = pool.submit(compile_for, problem.layout, problem.data, effort.warmup)
+        ready = pool.submit(lambda: preparation.kernel)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
         report("searching", STARTS, STARTS)
         ready.result()
     drawn = draw(
         keys[1],
         mode,
+        preparation,
         problem.layout,
         problem.data,
         chains=effort.chains,

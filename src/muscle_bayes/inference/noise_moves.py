@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import constrain, potential_given
-from muscle_bayes.inference.lane_model import LanePrediction, predictions
+from muscle_bayes.inference.density import potential_given
+from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
 
 FREEDOM = 5.0
@@ -79,13 +79,18 @@ def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> F
 
 @partial(jax.jit, static_argnames="layout")
 def adapt(
-    key: Array, vector: Array, spread: Float[Array, " k"], layout: Layout, data: Data
+    key: Array,
+    predicted: list[LanePrediction],
+    vector: Array,
+    spread: Float[Array, " k"],
+    layout: Layout,
+    data: Data,
 ) -> Proposal:
     """A proposal fitted to the noise parameters' density at `vector` by adaptive importance sampling.
 
-    Starts from standard deviations `spread` around the vector's own entries.
+    `predicted` are the predictions at the vector. Starts from standard deviations `spread` around
+    the vector's own entries.
     """
-    predicted = predictions(constrain(vector, layout, data), layout, data)
 
     def improve(proposal: Proposal, now: tuple[Array, Array]) -> tuple[Proposal, None]:
         key, flattening = now

@@ -13,13 +13,14 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import (
     constrain,
     log_prior,
-    potential,
+    potential_and_errors,
     rms_by_regime,
-    standardised_errors,
     unconstrain,
 )
+from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.programs import potential_at, potential_with, predictions_at
 from muscle_bayes.physics.effects import effect_type
 
 PRIOR_DRAWS = 256
@@ -58,15 +59,10 @@ class Mode(NamedTuple):
 
 
 @partial(jax.jit, static_argnames="layout")
-def _candidates(keys: Array, layout: Layout, data: Data) -> tuple[Array, Array]:
-    """Prior draws, unconstrained, and their potentials.
+def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw n"]:
+    """Prior draws, unconstrained, every other one shrunk."""
 
-    The discrepancy of each draw is set to its own misfit: a draw of the right shape must not be
-    passed over because noise that was drawn with it is too small for a first guess.
-    """
-
-    def one(argument: tuple[Array, Array]) -> tuple[Array, Array]:
-        key, factor = argument
+    def one(key: Array, factor: Array) -> Array:
         parts = jax.random.split(key, len(layout.shapes))
         values = {
             name: data.priors[name].sample(part)
@@ -77,53 +73,58 @@ def _candidates(keys: Array, layout: Layout, data: Data) -> tuple[Array, Array]:
             for field, parameter in effect_type(effect).parameters.items():
                 name = f"{effect}.{field}"
                 values[name] = parameter.off + factor * (values[name] - parameter.off)
-        for regime, misfit in rms_by_regime(values, layout, data).items():
-            values[f"{regime}.discrepancy"] = misfit
-        vector = unconstrain(values, layout, data)
-        return vector, potential(vector, layout, data)
+        return unconstrain(values, layout, data)
 
     factors = jnp.where(jnp.arange(len(keys)) % 2 == 0, 1.0, SHRUNK)
-    return jax.lax.map(one, (keys, factors), batch_size=16)
-
-
-@partial(jax.jit, static_argnames="layout")
-def _potential(vector, layout: Layout, data: Data):
-    return potential(vector, layout, data)
+    return jax.vmap(one)(keys, factors)
 
 
 @partial(jax.jit, static_argnames="layout")
 def _curvature(vector, layout: Layout, data: Data):
     """Gradient of the potential, and Gauss-Newton information plus prior precision."""
-    gradient = jax.grad(potential)(vector, layout, data)
-    jacobian = jax.jacfwd(standardised_errors)(vector, layout, data)
+    gradient, jacobian = jax.jacfwd(potential_and_errors)(vector, layout, data)
     prior = -jax.hessian(log_prior)(vector, layout, data)
     values, vectors = jnp.linalg.eigh(0.5 * (prior + prior.T))
     prior = (vectors * jnp.maximum(values, LEAST_PRECISION)) @ vectors.T
     return gradient, jacobian.T @ jacobian + prior
 
 
-@partial(jax.jit, static_argnames=("layout", "plain"))
-def _with_noise_of_misfit(vector, layout: Layout, data: Data, plain: bool):
-    """The vector with each regime's noise set to its misfit: all white if plain, else lasting."""
+class Misfit(NamedTuple):
+    """A vector with each regime's noise set to its misfit."""
+
+    white: Float[Array, " n"]
+    """As if all of it were white: looks at the whole shape of a run."""
+    lasting: Float[Array, " n"]
+    """As if all of it were discrepancy: looks at how it changes."""
+
+
+@partial(jax.jit, static_argnames="layout")
+def _misfit_of(predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data):
     values = constrain(vector, layout, data)
-    for regime, misfit in rms_by_regime(values, layout, data).items():
+    white, lasting = dict(values), dict(values)
+    for regime, misfit in rms_by_regime(predicted, values, layout, data).items():
         typical = {key: data.priors[f"{regime}.{key}"] for key in NoiseParameters._fields}
-        if plain:
-            weights = [
-                lanes.weight.ravel()
-                for lanes, name in zip(data.lanes, layout.regimes, strict=True)
-                if name == regime
-            ]
-            readings = jnp.quantile(jnp.concatenate(weights), 0.9)
-            noise = NoiseParameters(
-                misfit * jnp.sqrt(EFFECTIVE_SHARE * readings),
-                1e-3 * misfit,
-                typical["correlation_time"].mean,
-            )
-        else:
-            noise = NoiseParameters(typical["noise"].mean, misfit, typical["correlation_time"].mean)
-        values |= {f"{regime}.{key}": value for key, value in noise._asdict().items()}
-    return unconstrain(values, layout, data)
+        weights = [
+            lanes.weight.ravel()
+            for lanes, name in zip(data.lanes, layout.regimes, strict=True)
+            if name == regime
+        ]
+        readings = jnp.quantile(jnp.concatenate(weights), 0.9)
+        time = typical["correlation_time"].mean
+        for target, noise in (
+            (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
+            (lasting, (typical["noise"].mean, misfit, time)),
+        ):
+            keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
+            target.update(zip(keys, noise, strict=True))
+    return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data))
+
+
+def _with_misfit(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
+    """The misfit of a vector, and the potential where it is taken for lasting."""
+    predicted = predictions_at(vector, layout, data)
+    misfit = _misfit_of(predicted, vector, layout, data)
+    return misfit, float(potential_with(predicted, misfit.lasting, layout, data))
 
 
 def _noise_mask(layout: Layout) -> np.ndarray:
@@ -139,7 +140,7 @@ def _noise_mask(layout: Layout) -> np.ndarray:
 
 def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Mode:
     """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
-    value, damping, step = float(_potential(vector, layout, data)), 1e-2, 0
+    value, damping, step = potential_at(vector, layout, data), 1e-2, 0
     gradient, information = _curvature(vector, layout, data)
     chosen = np.flatnonzero(free)
     while step < limit:
@@ -150,7 +151,7 @@ def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit:
         move[chosen] = -np.linalg.solve(damped, np.asarray(gradient)[chosen])
         # A move of many prior standard deviations at once leaves the region the model is good in.
         move *= min(1.0, LONGEST_MOVE / max(np.abs(move * (free > 0)).max(), 1e-300))
-        trial = float(_potential(vector + move, layout, data))
+        trial = potential_at(vector + move, layout, data)
         if trial < value:
             gain, vector, value = value - trial, vector + move, trial
             damping = max(damping * 0.2, 1e-9)
@@ -176,8 +177,9 @@ def find_mode(
     shape of a run, and only the best of these with the discrepancy's correlation, which looks at
     how it changes. Raises MuscleBayesError when no prior draw gives a finite density.
     """
-    draws, potentials = _candidates(jax.random.split(key, PRIOR_DRAWS), layout, data)
-    values = np.asarray(potentials)
+    # A draw of the right shape must not be passed over because of the noise that was drawn with it.
+    draws = _prior_draws(jax.random.split(key, PRIOR_DRAWS), layout, data)
+    values = np.array([_with_misfit(draw, layout, data)[1] for draw in draws])
     values = np.where(np.isfinite(values), values, np.inf)
     order = np.argsort(values)
     if not np.isfinite(values[order[0]]):
@@ -191,10 +193,10 @@ def find_mode(
     for count, start in enumerate([index for pair in pairs for index in pair][:STARTS]):
         vector = draws[start]
         for _ in range(SHAPE_ROUNDS):
-            vector = _with_noise_of_misfit(vector, layout, data, True)
+            vector = _with_misfit(vector, layout, data)[0].white
             vector = _descend(vector, layout, data, physical, SHAPE_STEPS).vector
-        vector = _with_noise_of_misfit(vector, layout, data, False)
-        shaped.append((float(_potential(vector, layout, data)), count, vector))
+        misfit, level = _with_misfit(vector, layout, data)
+        shaped.append((level, count, misfit.lasting))
         report(f"start {count + 1} of at most {STARTS}: -log density {shaped[-1][0]:.2f}")
         levels = np.array([one[0] for one in shaped])
         if np.sum(levels < levels.min() + AGREEMENT) >= AGREEING:

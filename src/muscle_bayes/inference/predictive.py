@@ -14,6 +14,7 @@ from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
+from muscle_bayes.inference.prior import strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
 
@@ -53,10 +54,9 @@ def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, An
         # Strain under one tension tells that under another; K in N/m is the material's number that
         # is carried over, stiffness per strain is K L_base.
         told, asked = posterior.tree.attrs["tension"], float(problem.data.tension)
-        springs = ("modulus", "stiffness_hyst")
-        values["taut_strain"] = values["taut_strain"] - sum(told / values[key] for key in springs)
-        values |= {key: values[key] / scale for key in springs}
-        values["taut_strain"] = values["taut_strain"] + sum(asked / values[key] for key in springs)
+        relaxed = values["taut_strain"] - strain_under(told, values)
+        values |= {key: values[key] / scale for key in ("modulus", "stiffness_hyst")}
+        values["taut_strain"] = relaxed + strain_under(asked, values)
     return values
 
 

@@ -8,13 +8,14 @@ import numpy as np
 import numpyro.distributions as dist
 from jaxtyping import Array
 
-from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON, Friction
+from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.record import Record
-from muscle_bayes.inference.rig import driving_force, has_muscle, tension_lever
+from muscle_bayes.inference.rig import driving_force, first_strain, has_muscle, tension_lever
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.springs import tensile_strain
 
 COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
@@ -62,19 +63,21 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
     return sites
 
 
-def muscle_sites(size: Scales) -> dict[str, Site]:
+def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
     """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
 
     Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
-    force per unit strain relative to the tension at hand, the damper by HYST's time constant. While
-    both springs are open the data see C, F_modulus_min and F_hyst_min only in the sum
-    s(25) - F_modulus_min/modulus - F_hyst_min/stiffness_hyst, and that best where the muscle works:
-    so `taut_strain`, under the runs' typical tension, is sampled.
+    force per unit strain relative to the tension at hand, the damper by HYST's time constant. The
+    data see C, F_modulus_min and F_hyst_min best in the strain to which they add up where the muscle
+    works: so `taut_strain`, under the runs' typical tension, is sampled. Its prior is centred on
+    `first_strain`, at which the runs start, and is wide enough for any temperature and load there.
     """
     pull = size.tension
     return {
         "taut_strain": Site(
-            dist.Normal(0.2, 0.3), "1", "strain at 25 C under typical tension, HYST at rest"
+            dist.Normal(first_strain, 0.15),
+            "1",
+            "strain at 25 C under typical tension, HYST at rest",
         ),
         "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
         "bend": Site(
@@ -91,13 +94,18 @@ def muscle_sites(size: Scales) -> dict[str, Site]:
     }
 
 
+def strain_under(tension: Array | float, values: Mapping[str, Array]) -> Array:
+    """Strain of MODULUS and HYST together, both at rest under `tension` [N]."""
+    modulus = tensile_strain(tension, values["modulus"], values["F_modulus_min"])
+    return modulus + tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
+
+
 def muscle_parameters(
     values: Mapping[str, Array], base_length: Array | float, tension: Array | float
 ) -> MuscleParameters:
     """Table 2's nine parameters from the sampled quantities.
 
-    With s(T) = A T^2 + B T + C: s(25) = taut_strain - (tension - F_modulus_min)/modulus
-    - (tension - F_hyst_min)/stiffness_hyst, s(90) = s(25) - contraction,
+    With s(T) = A T^2 + B T + C: s(25) = taut_strain - strain_under(tension), s(90) = s(25) - contraction,
     s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
     K_hyst at 25 C and softening times that at 90 C.
     """
@@ -105,11 +113,7 @@ def muscle_parameters(
     bow = values["bend"] * values["contraction"]
     a = -4.0 * bow / span**2
     b = -values["contraction"] / span - 2.0 * a * middle
-    cold_offset = (
-        values["taut_strain"]
-        - (tension - values["F_modulus_min"]) / values["modulus"]
-        - (tension - values["F_hyst_min"]) / values["stiffness_hyst"]
-    )
+    cold_offset = values["taut_strain"] - strain_under(tension, values)
     c = cold_offset - a * COLD**2 - b * COLD
     k_hyst = values["stiffness_hyst"] / base_length
     cold = values["time_constant"] * k_hyst
@@ -128,8 +132,13 @@ def muscle_parameters(
 
 
 def first_hyst(values: Mapping[str, Array], held: Array) -> Array:
-    """sigma_hyst at which HYST's spring, in its linear range, holds `held` [N] (eq. 13 inverted)."""
-    return STRAIN_EPSILON + (held - values["F_hyst_min"]) / values["stiffness_hyst"]
+    """sigma_hyst at which HYST's spring holds `held` [N] (eq. 13 inverted)."""
+    return tensile_strain(held, values["stiffness_hyst"], values["F_hyst_min"])
+
+
+def mean_first_strain(runs: Sequence[Run]) -> float:
+    """Strain of the muscle at the first reading, mean over the runs that have one."""
+    return float(np.mean([first_strain(run) for run in runs if has_muscle(run)]))
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:

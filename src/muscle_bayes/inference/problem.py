@@ -188,7 +188,7 @@ def pose(
     size = prior.scales(runs, records)
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
-        sites |= prior.muscle_sites(size)
+        sites |= prior.muscle_sites(size, prior.mean_first_strain(runs))
     sites |= prior.effect_sites(effects, size)
     for name, known in (given or {}).items():
         if name in sites:

@@ -21,6 +21,8 @@ SLOW_LONGEST = 4.0
 """Longest interval of a slow run, s."""
 SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
+AFTER_JUMP = 1e-3
+"""Length of the interval in which the rotor slides after the load has jumped, s."""
 CURVATURE_SPAN = 0.5
 """Instants this far apart tell how temperature bends, s."""
 FAST_BIN = 1 / 60
@@ -130,8 +132,8 @@ def slow_record(run: Run) -> Record:
     """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
     time = run.table["time"].to_numpy()
     nodes = _slow_nodes(run)
-    jumps = [jump for jump in run.load_steps if 0.0 < jump < run.duration]
-    nodes = np.unique(np.concatenate([nodes, jumps]))
+    jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
+    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP]))
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]

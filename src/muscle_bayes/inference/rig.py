@@ -112,3 +112,11 @@ def tension_lever(run: Run) -> float:
     element = rig(run.metadata).side_a
     linkage = getattr(element, "linkage", None)
     return 1.0 if linkage is None else abs(float(linkage.lever(jnp.asarray(0.0))))
+
+
+def first_strain(run: Run) -> float:
+    """Strain of the run's muscle at its first reading; side A's where both sides have one."""
+    plant = rig(run.metadata)
+    muscle = plant.side_a if isinstance(plant.side_a, Muscle) else plant.side_b
+    q = jnp.asarray(float(run.sensor.coordinate(run.table["reading"].iloc[0])))
+    return float(muscle.strain(q))

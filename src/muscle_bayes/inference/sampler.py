@@ -1,8 +1,8 @@
-"""Draws from a posterior: NumPyro's NUTS on whitened coordinates within a Gibbs sampler."""
+"""Draws from a posterior: NumPyro's HMC on whitened coordinates within a Gibbs sampler."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import jax
@@ -17,12 +17,23 @@ from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import Proposal, adapt, disperse, move_noise
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.walled_moves import WalledState, move_walled
+from muscle_bayes.inference.programs import potential_at, predictions_at
+from muscle_bayes.inference.walled_moves import (
+    Table,
+    WalledProposal,
+    WalledState,
+    move_walled,
+    tabulate,
+)
 
 CHUNK = 50
 """Iterations between two reports of progress; an interruption waits for at most these."""
 TARGET_ACCEPTANCE = 0.8
-MAX_TREE_DEPTH = 8
+SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
+"""A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
+directions in which it is not and lest trajectories return."""
+MOST_STEPS = 32
+"""Leapfrog steps after which a trajectory ends in any case."""
 NOISE_SPREAD = 0.7
 """Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
 
@@ -32,10 +43,8 @@ class Whitening(NamedTuple):
 
     centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
-    stride: Float[Array, " walled"]
-    """Standard deviation of Metropolis proposals for the walled entries."""
+    walled: WalledProposal
     noise: Proposal
-    """For the noise entries."""
 
 
 class Draws(NamedTuple):
@@ -59,20 +68,39 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
     spread = NOISE_SPREAD * np.ones(noise.size)
-    proposal = adapt(key, mode.vector, jnp.asarray(spread), layout, data)
-    return Whitening(mode.vector, jnp.asarray(factor), jnp.asarray(stride), proposal)
+    predicted = predictions_at(mode.vector, layout, data)
+    proposal = adapt(key, predicted, mode.vector, jnp.asarray(spread), layout, data)
+    table = tabulate(lambda v: potential_at(v, layout, data), mode.vector, layout, data)
+    walled = WalledProposal(jnp.asarray(stride), table)
+    return Whitening(mode.vector, jnp.asarray(factor), walled, proposal)
+
+
+def _blank(layout: Layout) -> Whitening:
+    """A whitening of the layout's shapes that holds nothing."""
+    inner, outer, noise = blocks(layout)
+    size = inner.size + outer.size + noise.size
+    walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
+    proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
+    return Whitening(jnp.zeros(size), jnp.eye(inner.size), walled, proposal)
 
 
 class _ChainState(NamedTuple):
-    nuts: Any
+    hmc: Any
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
     key: Array
 
 
+class Kernel(NamedTuple):
+    """Start and advance of one chain."""
+
+    start: Any
+    advance: Any
+
+
 @lru_cache(maxsize=32)
-def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
-    """Compiled start and advance of one chain; they serve every data set of the layout."""
+def _kernel(layout: Layout, warmup: int) -> Kernel:
+    """Kernel of a layout, not compiled; it serves every data set of the layout."""
     inner, outer, _ = blocks(layout)
 
     def vector_of(z: Array, white: Whitening, rest: Array) -> Array:
@@ -81,50 +109,74 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
     def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
         return lambda z: potential(vector_of(z, white, rest), layout, data)
 
-    begin, sample = hmc(potential_fn_gen=density_of, algo="NUTS")
+    begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
 
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> _ChainState:
-        key_z, key_nuts, key_noise, key_rest = jax.random.split(key, 4)
+        key_z, key_hmc, key_noise, key_rest = jax.random.split(key, 4)
         rest = disperse(key_noise, white.centre, white.noise, layout)
-        nuts = begin(
+        hmc_state = begin(
             jax.random.normal(key_z, (inner.size,)),
             num_warmup=warmup,
             target_accept_prob=TARGET_ACCEPTANCE,
-            max_tree_depth=MAX_TREE_DEPTH,
+            trajectory_length=LONGEST_TRAJECTORY,
             model_args=(white, data, rest),
-            rng_key=key_nuts,
+            rng_key=key_hmc,
         )
-        return _ChainState(nuts, rest, key_rest)
+        # `iterate` computes energy and gradient itself: so dropped, they are not even compiled here.
+        none = jnp.zeros(())
+        hmc_state = hmc_state._replace(
+            potential_energy=none, energy=none, z_grad=jnp.zeros(inner.size)
+        )
+        return _ChainState(hmc_state, rest, key_rest)
 
     def iterate(state: _ChainState, white: Whitening, data: Data) -> tuple[_ChainState, tuple]:
-        key, key_walled, key_noise = jax.random.split(state.key, 3)
-        nuts, rest = sample(state.nuts, model_args=(white, data, state.rest)), state.rest
-        kept = (nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy)
-        if outer.size:
+        key, key_noise, key_length, key_walled = jax.random.split(state.key, 4)
+        hmc_state, rest = state.hmc, state.rest
 
-            def energy_at(z: Array, rest: Array) -> Array:
-                return density_of(white, data, rest)(z)
-
-            start = WalledState(nuts.z, vector_of(nuts.z, white, rest), nuts.potential_energy)
-            moved = move_walled(key_walled, start, energy_at, white.factor, white.stride, layout)
-            nuts, rest = nuts._replace(z=moved.z), moved.vector
-
-        # One simulation with its derivatives serves the noise's move and the next start of NUTS.
+        # One simulation with its derivatives serves the noise's move and the start of a trajectory.
         def simulate(z: Array) -> list[LanePrediction]:
             return predictions(constrain(vector_of(z, white, rest), layout, data), layout, data)
 
-        predicted, pull_back = jax.vjp(simulate, nuts.z)
-        vector = vector_of(nuts.z, white, rest)
+        predicted, pull_back = jax.vjp(simulate, hmc_state.z)
+        vector = vector_of(hmc_state.z, white, rest)
         rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
 
         def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
             return potential_given(predicted, vector_of(z, white, rest), layout, data)
 
-        energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, nuts.z)
+        energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
         gradient = direct + pull_back(through)[0]
-        nuts = nuts._replace(potential_energy=energy, z_grad=gradient)
-        return _ChainState(nuts, rest, key), (vector_of(nuts.z, white, rest), *kept, -energy)
+        span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
+        length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
+        most = MOST_STEPS * hmc_state.adapt_state.step_size
+        hmc_state = hmc_state._replace(
+            potential_energy=energy,
+            z_grad=gradient,
+            trajectory_length=jnp.minimum(length, most),
+        )
+        hmc_state = sample(hmc_state, model_args=(white, data, rest))
+        energy = hmc_state.potential_energy
+        if outer.size:
+
+            def energy_at(z: Array, rest: Array) -> Array:
+                return density_of(white, data, rest)(z)
+
+            begun = WalledState(hmc_state.z, vector_of(hmc_state.z, white, rest), energy)
+            moved = move_walled(
+                key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
+            )
+            hmc_state, rest = hmc_state._replace(z=moved.z), moved.vector
+            energy = moved.energy
+        kept = (
+            vector_of(hmc_state.z, white, rest),
+            hmc_state.diverging,
+            hmc_state.num_steps,
+            hmc_state.accept_prob,
+            hmc_state.energy,
+            -energy,
+        )
+        return _ChainState(hmc_state, rest, key), kept
 
     @jax.jit
     def advance(state: _ChainState, white: Whitening, data: Data, count: Array) -> Any:
@@ -139,22 +191,46 @@ def _kernel(layout: Layout, warmup: int) -> tuple[Callable, Callable]:
 
         return jax.lax.fori_loop(0, count, one, (state, room))
 
-    return start, advance
+    return Kernel(start, advance)
 
 
-def compile_for(layout: Layout, data: Data, warmup: int) -> None:
-    """Compile what `draw` needs, so that it can be done while the mode is searched."""
-    size = sum(int(np.prod(shape)) for _, shape in layout.shapes)
-    with jax.enable_x64(True):
-        anywhere = Mode(jnp.zeros(size), 0.0, jnp.eye(size), 0)
-        white = whitening(jax.random.key(0), anywhere, layout, data)
-        start, advance = _kernel(layout, warmup)
-        advance(start(jax.random.key(0), white, data), white, data, 0)
+class Preparation:
+    """A kernel that is traced; compiling it can be left to another thread, tracing cannot.
+
+    JAX traces the same function in two threads at once at its peril, and tracing holds Python's lock.
+    """
+
+    def __init__(self, layout: Layout, data: Data, warmup: int) -> None:
+        kernel, key, white = _kernel(layout, warmup), jax.random.key(0), _blank(layout)
+        start = kernel.start.trace(key, white, data)
+        state = start.out_info
+        advance = kernel.advance.trace(state, white, data, jnp.asarray(0))
+        self._lowered = Kernel(start.lower(), advance.lower())
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The kernel, compiled."""
+        with jax.enable_x64(True):
+            return Kernel(*(one.compile() for one in self._lowered))
+
+
+_PREPARED: dict[Any, Preparation] = {}
+
+
+def prepare(layout: Layout, data: Data, warmup: int) -> Preparation:
+    """The preparation for data of this layout and these shapes, made once in a session."""
+    leaves, structure = jax.tree.flatten(data)
+    shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+    known = (layout, warmup, structure, shapes)
+    if known not in _PREPARED:
+        _PREPARED[known] = Preparation(layout, data, warmup)
+    return _PREPARED[known]
 
 
 def draw(
     key: Array,
     mode: Mode,
+    preparation: Preparation,
     layout: Layout,
     data: Data,
     *,
@@ -166,10 +242,11 @@ def draw(
 ) -> Draws:
     """`draws` per chain after `warmup`, each chain from its own dispersed start.
 
-    `report` is told of every CHUNK of iterations that a chain has done.
+    `preparation` is that of the layout, the data and the warm-up. `report` is told of every CHUNK
+    of iterations that a chain has done.
     """
     white = whitening(jax.random.fold_in(key, chains), mode, layout, data)
-    start, advance = _kernel(layout, warmup)
+    start, advance = preparation.kernel
 
     def chain(index: int) -> list[np.ndarray]:
         # Worker threads do not inherit the caller's precision.
@@ -177,7 +254,7 @@ def draw(
             state, kept, done = start(jax.random.fold_in(key, index), white, data), [], 0
             while done < warmup + draws:
                 count = min(CHUNK, warmup + draws - done)
-                state, out = advance(state, white, data, count)
+                state, out = advance(state, white, data, jnp.asarray(count))
                 fresh = min(count, max(0, done + count - warmup))
                 kept.append([part[count - fresh : count] for part in jax.device_get(out)])
                 done += count

@@ -1,27 +1,28 @@
 """What a run that was not fitted starts from: its own zero, first reading, speed and HYST."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import numpyro.distributions as dist
-from jax.flatten_util import ravel_pytree
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.density import lane_fits
 from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.predict import Draws
-from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.schedule import Schedule
+from muscle_bayes.physics.springs import tensile_spring, tensile_strain
 
 
 def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
-    """sigma_hyst of side A's muscle with which it balances the load without friction.
-
-    The MODULUS spring is taken in its linear range, where a taut muscle is.
-    """
+    """sigma_hyst of side A's muscle with which it balances the load without friction."""
     muscle = plant.side_a
     assert isinstance(muscle, Muscle), "a slow run has its muscle on side A"
     lever = muscle.linkage.lever(q)
@@ -29,7 +30,8 @@ def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
     parameters = muscle.parameters
     room = muscle.room_temperature
     effective = room + muscle.heated_fraction * (temperature - room)
-    stretch = (tension - parameters.F_modulus_min) / (muscle.base_length * parameters.K_modulus)
+    stiffness = muscle.base_length * parameters.K_modulus
+    stretch = tensile_strain(tension, stiffness, parameters.F_modulus_min)
     return muscle.strain(q) - parameters.offset(effective) - stretch
 
 
@@ -68,7 +70,7 @@ def _resting_tension(values, *, problem: Problem, lanes: Lanes, regime: str):
         q = lane.scale * (start[lane.run] - zero[lane.run])
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
         hyst = _resting_hyst(plant, q, *drive)
-        held = values["stiffness_hyst"] * hyst + values["F_hyst_min"]
+        held = tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
         return jnp.maximum(held, 1e-3 * values["F_hyst_min"])
 
     return jax.vmap(one)(lanes)
@@ -76,71 +78,149 @@ def _resting_tension(values, *, problem: Problem, lanes: Lanes, regime: str):
 
 SETTLING_SHARE = 0.15
 """Share of an unfitted run that tells its own unknowns; the rest is predicted."""
-SETTLING_STEPS = 12
+SETTLING_STEPS = 20
+"""Most steps to a mode."""
+SETTLED = 1e-3
+"""Move, in prior standard deviations, after which a mode counts as found."""
+
+
+def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
+    """The first `cuts` seconds of each lane: later readings do not count and are not simulated."""
+    lanes = lanes._replace(weight=jnp.where(lanes.time <= cuts[:, None], lanes.weight, 0.0))
+    nodes = int(jnp.max(jnp.sum(lanes.schedule.time <= cuts[:, None], axis=1)))
+    size = min(SIZE_STEP * (nodes // SIZE_STEP + 1), lanes.time.shape[1])
+    at_nodes, between = slice(size + 1), slice(size)
+    schedule = lanes.schedule
+    return lanes._replace(
+        schedule=Schedule(
+            time=schedule.time[:, at_nodes],
+            temperature=schedule.temperature[:, at_nodes],
+            load=schedule.load[:, between],
+            applied=schedule.applied[:, between],
+            braking=schedule.braking[:, at_nodes],
+        ),
+        time=lanes.time[:, between],
+        reading=lanes.reading[:, between],
+        weight=lanes.weight[:, between],
+        coarse=lanes.coarse[:, between],
+    )
 
 
 def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
     """Each run's own unknowns, drawn given the posterior draw and the first part of the run.
 
-    For every draw of the shared parameters: Gauss-Newton to the mode of zero, first reading, first
-    speed and force held by HYST, then a normal draw with the curvature there.
+    For every draw of the shared parameters: Levenberg-Marquardt to the mode of zero, first reading,
+    first speed and force held by HYST, then a normal draw with the curvature there.
     """
-    own = [name for name, shape in problem.layout.shapes if shape]
+    own = tuple(name for name, shape in problem.layout.shapes if shape)
     if not own:
         return dict(draws)
     cuts = {run.name: SETTLING_SHARE * run.duration for run in problem.runs}
     lanes = tuple(
-        group._replace(
-            weight=jnp.where(
-                group.time <= jnp.array([cuts[problem.runs[i].name] for i in owners])[:, None],
-                group.weight,
-                0.0,
-            )
-        )
+        _beginning(group, jnp.array([cuts[problem.runs[i].name] for i in owners]))
         for group, owners in zip(problem.data.lanes, problem.lane_runs, strict=True)
     )
     data = problem.data._replace(lanes=lanes)
-    keys = jax.random.split(jax.random.key(seed), len(next(iter(draws.values()))))
-    return _settled(keys, dict(draws), problem.layout, data, tuple(own))
+    unknowns = OwnUnknowns.of(own, dict(draws), data)
+
+    def look(free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return jax.device_get(_misfit(free, dict(draws), unknowns, problem.layout, data))
+
+    mode, slope = _settle(look, np.asarray(unknowns.start), np.asarray(unknowns.spread))
+    covariance = np.linalg.inv(np.swapaxes(slope, 1, 2) @ slope)
+    kicks = jax.random.normal(jax.random.key(seed), mode.shape)
+    free = mode + np.einsum("dij,dj->di", np.linalg.cholesky(covariance), kicks)
+    return {**draws, **jax.vmap(unknowns.values)(jnp.asarray(free))}
 
 
-@partial(jax.jit, static_argnames=("layout", "own"))
-def _settled(keys, draws: dict[str, Array], layout: Layout, data: Data, own: tuple[str, ...]):
-    logarithmic = {name: isinstance(data.priors[name], dist.LogNormal) for name in own}
+@partial(
+    jax.tree_util.register_dataclass,
+    data_fields=["start", "centre", "spread"],
+    meta_fields=["names", "sizes", "logarithmic"],
+)
+@dataclass(frozen=True)
+class OwnUnknowns:
+    """The runs' own unknowns as one vector, logarithms where the prior is log-normal."""
 
-    def to_free(values: Draws) -> dict[str, Array]:
-        return {k: jnp.log(values[k]) if logarithmic[k] else values[k] for k in own}
+    names: tuple[str, ...]
+    sizes: tuple[int, ...]
+    logarithmic: tuple[bool, ...]
+    start: Float[Array, "draw free"]
+    centre: Float[Array, " free"]
+    """Prior means."""
+    spread: Float[Array, " free"]
+    """Prior standard deviations."""
 
-    def from_free(free: Draws) -> dict[str, Array]:
-        return {k: jnp.exp(free[k]) if logarithmic[k] else free[k] for k in own}
-
-    def one(argument):
-        key, values = argument
-        start, restore = ravel_pytree(to_free(values))
-        spread, _ = ravel_pytree(
-            {k: jnp.broadcast_to(data.priors[k].scale, values[k].shape) for k in own}
+    @classmethod
+    def of(cls, names: tuple[str, ...], draws: dict[str, Array], data: Data) -> "OwnUnknowns":
+        """Of these names, starting from their values in the draws."""
+        priors = [data.priors[name] for name in names]
+        logarithmic = tuple(isinstance(prior, dist.LogNormal) for prior in priors)
+        starts = [
+            jnp.log(draws[name]) if log else draws[name]
+            for name, log in zip(names, logarithmic, strict=True)
+        ]
+        shapes = [prior.shape() for prior in priors]
+        centres, spreads = (
+            jnp.concatenate(
+                [
+                    jnp.broadcast_to(getattr(prior, key), shape)
+                    for prior, shape in zip(priors, shapes, strict=True)
+                ]
+            )
+            for key in ("loc", "scale")
         )
-        centre, _ = ravel_pytree(
-            {k: jnp.broadcast_to(data.priors[k].loc, values[k].shape) for k in own}
-        )
+        sizes = tuple(int(shape[0]) for shape in shapes)
+        return cls(names, sizes, logarithmic, jnp.concatenate(starts, axis=1), centres, spreads)
 
-        def errors(free: Array) -> Array:
-            fits = lane_fits({**values, **from_free(restore(free))}, layout, data)
-            seen = jnp.concatenate([fit.errors.ravel() for fit in fits])
-            return jnp.concatenate([seen, (free - centre) / spread])
+    def values(self, free: Float[Array, " free"]) -> dict[str, Array]:
+        """Sampled values from one vector."""
+        parts = jnp.split(free, np.cumsum(self.sizes)[:-1])
+        return {
+            name: jnp.exp(part) if log else part
+            for name, log, part in zip(self.names, self.logarithmic, parts, strict=True)
+        }
 
-        def improve(_: int, free: Array) -> Array:
-            value, slope = errors(free), jax.jacfwd(errors)(free)
-            move = jnp.linalg.solve(slope.T @ slope, -slope.T @ value)
-            move = jnp.clip(move, -spread, spread)
-            halves = free + move * jnp.array([[1.0], [0.5], [0.2], [0.05], [0.0]])
-            costs = jax.vmap(lambda at: jnp.sum(errors(at) ** 2))(halves)
-            return halves[jnp.argmin(jnp.where(jnp.isfinite(costs), costs, jnp.inf))]
 
-        mode = jax.lax.fori_loop(0, SETTLING_STEPS, improve, start)
-        slope = jax.jacfwd(errors)(mode)
-        factor = jnp.linalg.cholesky(jnp.linalg.inv(slope.T @ slope))
-        free = mode + factor @ jax.random.normal(key, mode.shape)
-        return {**values, **from_free(restore(free))}
+@partial(jax.jit, static_argnames="layout")
+def _misfit(
+    free: Array, draws: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
+):
+    """Standardised errors of every draw, the prior's included, and their slope in its vector."""
 
-    return jax.lax.map(one, (keys, draws), batch_size=4)
+    def errors(free: Array, values: dict[str, Array]) -> tuple[Array, Array]:
+        fits = lane_fits({**values, **unknowns.values(free)}, layout, data)
+        seen = jnp.concatenate([fit.errors.ravel() for fit in fits])
+        found = jnp.concatenate([seen, (free - unknowns.centre) / unknowns.spread])
+        return found, found
+
+    def one(argument: tuple[Array, dict[str, Array]]) -> tuple[Array, Array]:
+        slope, found = jax.jacfwd(errors, has_aux=True)(*argument)
+        return found, slope
+
+    return jax.lax.map(one, (free, draws), batch_size=4)
+
+
+def _settle(
+    look: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    free: np.ndarray,
+    spread: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares of every draw, all draws side by side; modes and the errors' slopes there."""
+    damping = np.full(len(free), 1e-3)
+    value, slope = look(free)
+    for _ in range(SETTLING_STEPS):
+        normal = np.swapaxes(slope, 1, 2) @ slope
+        scale = np.einsum("dii->di", normal)
+        damped = normal + np.eye(free.shape[1]) * (damping[:, None] * scale)[:, None, :]
+        pull = np.einsum("dei,de->di", slope, value)
+        move = np.clip(-np.linalg.solve(damped, pull[..., None])[..., 0], -spread, spread)
+        trial_value, trial_slope = look(free + move)
+        better = np.sum(trial_value**2, axis=1) < np.sum(value**2, axis=1)
+        free = np.where(better[:, None], free + move, free)
+        value = np.where(better[:, None], trial_value, value)
+        slope = np.where(better[:, None, None], trial_slope, slope)
+        damping = np.where(better, 0.2 * damping, 10.0 * damping)
+        if np.max(np.abs(move) / spread) < SETTLED:
+            break
+    return free, slope

@@ -7,14 +7,86 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.blocks import WALLED, blocks
-from muscle_bayes.inference.problem import Layout
+from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.physics.springs import tensile_strain
 
-SWEEPS = 6
-"""Proposals per walled entry and iteration, every other one sheared."""
 SPRINGS = dict(zip(WALLED, ("modulus", "stiffness_hyst"), strict=True))
 """Force per strain of the spring that each minimum force belongs to."""
+BINS = 128
+"""Bins of a tabulated conditional density."""
+TAILS = 1e-4
+"""Prior probability on either side of the table."""
+EVEN_SHARE = 0.05
+"""Share of a table's probability that is spread evenly, for walls that lie elsewhere."""
+LOCAL = 1
+"""Local proposals per walled entry and iteration, beside one from the table."""
+
+
+class Table(NamedTuple):
+    """Piecewise constant densities of the walled entries, from which proposals are drawn."""
+
+    low: Float[Array, " walled"]
+    width: Float[Array, " walled"]
+    """Of one bin."""
+    log_share: Float[Array, "walled bin"]
+    """Log probability of each bin."""
+
+    @classmethod
+    def empty(cls, layout: Layout) -> "Table":
+        """A table of the layout's shapes that holds nothing."""
+        count = blocks(layout).walled.size
+        return cls(jnp.zeros(count), jnp.ones(count), jnp.zeros((count, BINS)))
+
+    def draw(self, key: Array, which: Array) -> Float[Array, ""]:
+        """A draw of entry `which`."""
+        key_bin, key_place = jax.random.split(key)
+        chosen = jax.random.categorical(key_bin, self.log_share[which])
+        return self.low[which] + self.width[which] * (chosen + jax.random.uniform(key_place))
+
+    def log_density(self, which: Array, value: Array) -> Float[Array, ""]:
+        """Log density of entry `which` up to a constant; -inf outside the table."""
+        place = (value - self.low[which]) / self.width[which]
+        inside = (place >= 0.0) & (place < BINS)
+        share = self.log_share[which, jnp.clip(place, 0, BINS - 1).astype(int)]
+        return jnp.where(inside, share, -jnp.inf)
+
+
+def tabulate(
+    energy_of: Callable[[Array], float], vector: Array, layout: Layout, data: Data
+) -> Table:
+    """Conditional density of each walled entry, the rest of the vector held, over its prior's range.
+
+    `energy_of` is the negative log density of the unconstrained vector.
+    """
+    _, walled, _ = blocks(layout)
+    names = [name for name, _ in layout.shapes if name in WALLED]
+    lows, widths, shares = [], [], []
+    for entry, name in zip(walled, names, strict=True):
+        prior = data.priors[name]
+        ends = biject_to(prior.support).inv(prior.icdf(jnp.array([TAILS, 1.0 - TAILS])))
+        width = (ends[1] - ends[0]) / BINS
+        centres = ends[0] + width * (np.arange(BINS) + 0.5)
+        energies = np.array([energy_of(vector.at[entry].set(one)) for one in centres])
+        relative = np.exp(-(energies - np.nanmin(energies)))
+        relative = np.where(np.isfinite(relative), relative, 0.0)
+        share = (1.0 - EVEN_SHARE) * relative / relative.sum() + EVEN_SHARE / BINS
+        lows.append(ends[0])
+        widths.append(width)
+        shares.append(np.log(share))
+    if not names:
+        return Table.empty(layout)
+    return Table(jnp.stack(lows), jnp.stack(widths), jnp.asarray(np.stack(shares)))
+
+
+class WalledProposal(NamedTuple):
+    """How far proposals go."""
+
+    stride: Float[Array, " walled"]
+    """Standard deviation of the longest local ones."""
+    table: Table
 
 
 class WalledState(NamedTuple):
@@ -38,43 +110,53 @@ def move_walled(
     state: WalledState,
     energy_at: Callable[[Array, Array], Array],
     factor: Float[Array, "smooth smooth"],
-    stride: Float[Array, " walled"],
+    proposal: WalledProposal,
+    tension: Float[Array, ""],
     layout: Layout,
 ) -> WalledState:
-    """SWEEPS proposals for each walled entry; their density needs no gradient.
+    """Proposals for each walled entry, from its table and local ones; none needs a gradient.
 
-    A plain proposal moves a minimum force F alone: where its spring is open, taut_strain holds the
-    muscle's length. A sheared one also moves taut_strain by (F - F')/stiffness, so that C stays: that
-    holds the length where the spring is shut. A shear keeps volume, so both are symmetric.
+    A plain proposal moves a minimum force F alone: under `tension` [N], to which it refers,
+    taut_strain holds the muscle's length. A sheared one also moves taut_strain, so that C stays: that
+    holds the length where the spring is slack. A shear keeps volume, so both are symmetric. A draw
+    from the table is plain, and long: it is weighed by the table's density (independence sampler).
     """
+    stride, table = proposal
     smooth, walled, _ = blocks(layout)
     inside = {int(entry): index for index, entry in enumerate(smooth)}
     taut = inside[_place(layout, "taut_strain")]
     stiffness = [_place(layout, SPRINGS[name]) for name, _ in layout.shapes if name in WALLED]
     along_taut = jax.scipy.linalg.solve_triangular(factor, jnp.eye(len(smooth))[taut], lower=True)
-    key_step, key_accept, key_reach = jax.random.split(key, 3)
-    count = SWEEPS * walled.size
+    key_draw, key_step, key_accept, key_reach, key_shear = jax.random.split(key, 5)
+    count = (1 + LOCAL) * walled.size
     steps = jax.random.normal(key_step, (count,))
     # Long and short proposals: a wall near or far from here is reached by either.
     steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
     chances = jnp.log(jax.random.uniform(key_accept, (count,)))
+    shears = jax.random.bernoulli(key_shear, 0.5, (count,)) * 1.0
     turns = jnp.arange(count)
 
     def propose(state: WalledState, now: tuple[Array, ...]) -> tuple[WalledState, None]:
-        turn, step, chance, log_stiffness = now
+        key, turn, step, chance, shear, log_stiffness = now
         which = turn % walled.size
         entry = jnp.asarray(walled)[which]
         before = state.vector[entry]
-        after = before + stride[which] * step
-        sheared = (turn // walled.size) % 2
-        shift = sheared * (jnp.exp(before) - jnp.exp(after)) / jnp.exp(log_stiffness)
+        tabled = turn < walled.size
+        after = jnp.where(tabled, table.draw(key, which), before + stride[which] * step)
+        shear = jnp.where(tabled, 0.0, shear)
+        strains = tensile_strain(
+            tension, jnp.exp(log_stiffness), jnp.exp(jnp.stack([before, after]))
+        )
+        shift = shear * (strains[1] - strains[0])
         z = state.z + shift * along_taut
         vector = state.vector.at[entry].set(after)
         energy = energy_at(z, vector)
         trial = WalledState(z, vector, energy)
-        accept = chance < state.energy - energy
+        back = table.log_density(which, before) - table.log_density(which, after)
+        accept = chance < state.energy - energy + jnp.where(tabled, back, 0.0)
         return jax.tree.map(lambda a, b: jnp.where(accept, a, b), trial, state), None
 
     # No proposal changes the springs' stiffnesses.
     held = state.vector[jnp.asarray(stiffness)][turns % walled.size]
-    return jax.lax.scan(propose, state, (turns, steps, chances, held))[0]
+    draws = jax.random.split(key_draw, count)
+    return jax.lax.scan(propose, state, (draws, turns, steps, chances, shears, held))[0]

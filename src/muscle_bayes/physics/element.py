@@ -1,7 +1,7 @@
 """What hangs between rotor and stator on one side: nothing, a spring, a muscle, or an arm."""
 
 from abc import abstractmethod
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -40,6 +40,9 @@ def through_port(
 
 class Element(eqx.Module):
     """One side's element."""
+
+    relaxes: ClassVar[bool] = False
+    """Whether sigma_hyst moves."""
 
     @abstractmethod
     def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
@@ -95,6 +98,7 @@ class Muscle(Element):
     `heated_fraction` is L_heater / L_muscle of eq. 11, with L_muscle = L_base.
     """
 
+    relaxes: ClassVar[bool] = True
     linkage: Linkage
     base_length: float
     heated_fraction: float

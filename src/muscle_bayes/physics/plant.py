@@ -85,13 +85,23 @@ class Plant(eqx.Module):
         smooth = elements + load + drive.applied - self.friction.viscous * speed
         return through_port(effects, "torque", smooth, self.signals(q, speed, hyst, drive))
 
+    def hyst_rates(
+        self,
+        q: Scalar,
+        speed: Scalar,
+        hyst: Float[Array, "2"] | tuple[Scalar, Scalar],
+        drive: Drive,
+    ) -> tuple[Scalar, Scalar]:
+        """d sigma_hyst/dt of side A and of side B [1/s]."""
+        effects = self.instant_effects
+        a, b = self._instants(q, speed, hyst, drive)
+        return self.side_a.hyst_rate(a, effects), self.side_b.hyst_rate(b, effects)
+
     def hyst_rate(
         self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive
     ) -> Float[Array, "2"]:
         """d sigma_hyst/dt of both sides [1/s]."""
-        effects = self.instant_effects
-        a, b = self._instants(q, speed, hyst, drive)
-        return jnp.stack([self.side_a.hyst_rate(a, effects), self.side_b.hyst_rate(b, effects)])
+        return jnp.stack(self.hyst_rates(q, speed, hyst, drive))
 
     def sensed(self, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
         """Coordinate [rad or m] that the sensor shows when the plant is at q."""

@@ -15,6 +15,14 @@ GAMMA = 1.0 - 0.5**0.5
 """Coefficient that makes the two-stage Rosenbrock method ROS2 L-stable."""
 
 
+EDGE = 1e-9
+"""Share of dry friction by which a rotor that slid to a rest may miss the edge of what it holds."""
+
+
+Pair = tuple[Scalar, Scalar]
+"""sigma_hyst of sides A and B. Scalars, not an array: that compiles to a third of the work."""
+
+
 class SlowState(NamedTuple):
     """State of slow motion."""
 
@@ -26,51 +34,117 @@ class SlowState(NamedTuple):
     """Coordinate in the middle of the interval [rad or m]."""
 
 
+def _force(x: Scalar, args: tuple) -> Scalar:
+    """Force at x; effects that depend on speed see the mean speed of the move from the origin."""
+    plant, origin, hyst, drive, duration = args
+    speed = jnp.where(duration > 0.0, (x - origin) / jnp.where(duration > 0, duration, 1.0), 0.0)
+    return plant.force(x, speed, hyst, drive)
+
+
 def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Scalar:
-    """Slide to equilibrium; effects that depend on speed see the mean speed of the move."""
-
-    def force(x, args):
-        plant, origin, hyst, drive, duration = args
-        speed = jnp.where(
-            duration > 0.0, (x - origin) / jnp.where(duration > 0, duration, 1.0), 0.0
-        )
-        return plant.force(x, speed, hyst, drive)
-
+    """Slide to equilibrium within `duration` [s]."""
     args = (plant, q, hyst, drive, duration)
-    return play(force, q, args, plant.friction.dry, plant.stops)
+    return play(_force, q, args, plant.friction.dry, plant.stops)
 
 
-def _rate_and_slope(plant: Plant, q, hyst, drive: Drive):
-    """Rates of both HYST and, since they do not see each other, the diagonal of their Jacobian."""
-
-    def rate(value):
-        return plant.hyst_rate(q, jnp.zeros_like(q), value, drive)
-
-    return rate, *jax.jvp(rate, (hyst,), (jnp.ones_like(hyst),))
+def _sides(plant: Plant) -> tuple[int, ...]:
+    """Which of both sides has a muscle, and so a sigma_hyst that moves."""
+    return tuple(i for i, side in enumerate((plant.side_a, plant.side_b)) if side.relaxes)
 
 
-def _half_step(plant: Plant, q, hyst, drive: Drive, duration):
-    """Linearly implicit Euler: enough for the predictor in the middle of a step."""
-    _, value, slope = _rate_and_slope(plant, q, hyst, drive)
-    return hyst + duration * value / (1.0 - duration * jnp.minimum(slope, 0.0))
+def _with(hyst: Pair, side: int, value: Scalar) -> Pair:
+    return (value, hyst[1]) if side == 0 else (hyst[0], value)
 
 
-def _full_step(plant: Plant, q, hyst, drive: Drive, duration):
-    """ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999): second order, L-stable."""
-    rate, value, slope = _rate_and_slope(plant, q, hyst, drive)
-    inverse = 1.0 / (1.0 - GAMMA * duration * jnp.minimum(slope, 0.0))
-    first = value * inverse
-    second = (rate(hyst + duration * first) - 2.0 * first) * inverse
-    return hyst + duration * (1.5 * first + 0.5 * second)
+class _Path(NamedTuple):
+    """Where the rotor is while HYST moves over a step: q + sum of along * (its move), by side."""
+
+    q: Scalar
+    along: tuple[Scalar, ...]
+
+
+def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -> _Path:
+    """The rotor's path, linear in sigma_hyst: held where friction holds it, else sliding.
+
+    Where it slides the balance of forces sets the tension, and HYST follows that and not the
+    springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
+    relieved: far too little, where MODULUS is stiff.
+    """
+    half, dry = 0.5 * duration, plant.friction.dry
+    pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, half)), (q,), (1.0,))
+    relief = []
+    for side in _sides(plant):
+
+        def pull_at(value: Scalar, side=side) -> Scalar:
+            return _force(q, (plant, q, _with(hyst, side, value), drive, half))
+
+        relief.append(jax.jvp(pull_at, (hyst[side],), (1.0,))[1])
+    # At the edge of what friction holds, HYST decides whether the rotor leaves it.
+    still = jax.lax.stop_gradient((plant, q, hyst, drive))
+    rate = still[0].hyst_rates(still[1], jnp.zeros_like(q), *still[2:])
+    growth = sum(by * rate[side] for by, side in zip(relief, _sides(plant), strict=True))
+    outward = (jnp.abs(pull) > (1.0 - EDGE) * dry) & (growth * pull > 0.0)
+    firm = slope < 0.0
+    softness = jnp.where(firm, -1.0 / jnp.where(firm, slope, -1.0), 0.0)
+    at = q + (pull - jnp.sign(pull) * dry) * softness
+    inside = (at > plant.stops[0]) & (at < plant.stops[1])
+    free = firm & ((jnp.abs(pull) > dry) | outward) & inside
+    softness = jnp.where(free, softness, 0.0)
+    return _Path(jnp.where(free, at, q), tuple(by * softness for by in relief))
+
+
+def _advance_hyst(plant: Plant, path: _Path, hyst: Pair, drive: Drive, duration: Scalar) -> Pair:
+    """ROS2 along the rotor's path (Verwer et al., SIAM J. Sci. Comput. 20, 1999): L-stable."""
+    sides = _sides(plant)
+    if not sides:
+        return hyst
+
+    def moved(moves: tuple[Scalar, ...]) -> Pair:
+        result = hyst
+        for side, move in zip(sides, moves, strict=True):
+            result = _with(result, side, hyst[side] + move)
+        return result
+
+    def rates(*moves: Scalar) -> tuple[Scalar, ...]:
+        q = path.q + sum(by * move for by, move in zip(path.along, moves, strict=True))
+        rate = plant.hyst_rates(q, jnp.zeros_like(q), moved(moves), drive)
+        return tuple(rate[side] for side in sides)
+
+    none = tuple(jnp.zeros_like(path.q) for _ in sides)
+    columns = []
+    for place in range(len(sides)):
+
+        def along(move: Scalar, place=place) -> tuple[Scalar, ...]:
+            return rates(*none[:place], move, *none[place + 1 :])
+
+        value, column = jax.jvp(along, (none[place],), (1.0,))
+        columns.append(column)
+    solve = _inverse(columns, GAMMA * duration)
+    first = solve(value)
+    late = rates(*(duration * one for one in first))
+    second = solve(tuple(a - 2.0 * b for a, b in zip(late, first, strict=True)))
+    return moved(tuple(duration * (1.5 * a + 0.5 * b) for a, b in zip(first, second, strict=True)))
+
+
+def _inverse(columns, step):
+    """The map x -> (1 - step * matrix)^-1 x of a matrix with one or two columns."""
+    if len(columns) == 1:
+        scale = 1.0 / (1.0 - step * columns[0][0])
+        return lambda x: (scale * x[0],)
+    (aa, ba), (ab, bb) = columns
+    a, b, c, d = 1.0 - step * aa, -step * ab, -step * ba, 1.0 - step * bb
+    scale = 1.0 / (a * d - b * c)
+    return lambda x: (scale * (d * x[0] - b * x[1]), scale * (a * x[1] - c * x[0]))
 
 
 def slow_step(
     plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]
 ) -> SlowState:
-    """One interval: predict HYST to the middle, slide there, HYST across, slide to the end.
+    """One interval: HYST across it, the rotor sliding along; slide to the middle, slide to the end.
 
-    HYST sees coordinate and temperature of the middle (midpoint rule), so q and sigma_hyst are
-    second-order accurate in the interval's length.
+    HYST sees the temperature of the middle (midpoint rule), so q and sigma_hyst are second-order
+    accurate in the interval's length. Where the load jumps, the rotor's path is bent far from a
+    straight line: the interval that follows must be short.
     """
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
@@ -78,13 +152,15 @@ def slow_step(
     braking = 0.5 * (schedule.braking[index] + schedule.braking[index + 1])
     # Where temperature turns, its chord would cut the peak at which friction leaves the rotor.
     half = 0.5 * (before + after) + braking * duration**2 / 8.0
-    start, middle, end = (
-        Drive(temperature, load, applied) for temperature in (before, half, after)
-    )
-    hyst_middle = _half_step(plant, state.q, state.hyst, start, 0.5 * duration)
-    q_middle = settle(plant, state.q, hyst_middle, middle, 0.5 * duration)
-    hyst = _full_step(plant, q_middle, state.hyst, middle, duration)
-    q = settle(plant, q_middle, hyst, end, 0.5 * duration)
+    middle, end = Drive(half, load, applied), Drive(after, load, applied)
+    before_a, before_b = state.hyst[0], state.hyst[1]
+    path = _path(plant, state.q, (before_a, before_b), middle, duration)
+    path = jax.lax.optimization_barrier(path)
+    after_a, after_b = _advance_hyst(plant, path, (before_a, before_b), middle, duration)
+    half_way = 0.5 * (before_a + after_a), 0.5 * (before_b + after_b)
+    q_middle = settle(plant, state.q, half_way, middle, 0.5 * duration)
+    q = settle(plant, q_middle, (after_a, after_b), end, 0.5 * duration)
+    hyst = jnp.stack([after_a, after_b])
     # An interval of no length is padding, whatever its load: without this the rotor would slide.
     padding = duration <= 0.0
     still = SlowState(state.q, state.hyst, state.q)

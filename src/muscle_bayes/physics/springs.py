@@ -26,6 +26,14 @@ def tensile_spring(
     return opening + stiffness * jnp.maximum(strain - eps, 0.0)
 
 
+def tensile_strain(
+    force: Scalar, stiffness: Scalar, minimum_force: Scalar, eps: float = STRAIN_EPSILON
+) -> Scalar:
+    """Strain at which `tensile_spring` pulls with `force` [N]; 0 where that is not positive."""
+    opening = eps * jnp.clip(force / minimum_force, 0.0, 1.0)
+    return opening + jnp.maximum(force - minimum_force, 0.0) / stiffness
+
+
 def reference_spring(length: Scalar) -> Scalar:
     """Tension [N] of the reference spring at pin-to-pin `length` [m] (thesis, eq. 12).
 
