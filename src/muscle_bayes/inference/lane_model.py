@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
-from muscle_bayes.inference.prior import first_hyst, muscle_parameters
+from muscle_bayes.inference.prior import muscle_parameters, resting_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
@@ -82,15 +82,17 @@ def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
     return jnp.zeros(lanes.run.shape) if zero is None or cut else zero[lanes.run]
 
 
-def _origins(values: Values, lanes: Lanes, regime: str, cut: bool) -> Origin:
+def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
     """Start of every lane, from the per-run unknowns (or the rough start of a segment)."""
     if cut:
         return Origin(lanes.scale * lanes.start[:, 0], lanes.scale * lanes.start[:, 1], None)
     first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
-    speed, held = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_tension")
+    speed, stretch = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_stretch")
     if speed is not None:
         speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)
-    hyst = None if held is None else first_hyst(values, held)[lanes.run]
+    if stretch is None:
+        return Origin(lanes.scale * first, speed, None)
+    hyst = resting_hyst(data.tension, values) + stretch[lanes.run]
     return Origin(lanes.scale * first, speed, hyst)
 
 
@@ -117,7 +119,7 @@ def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
             response = _simulate(Inputs(physical, origin), lane, layout, regime)
             return response._replace(sensed=zero + response.sensed)
 
-        origins = _origins(values, lanes, regime, cut)
+        origins = _origins(values, lanes, data, regime, cut)
         result.append(jax.vmap(one)(lanes, origins, zeros_of(values, lanes, regime, cut)))
     return result
 
@@ -176,5 +178,5 @@ def predictions(values: Values, layout: Layout, data: Data) -> list[LanePredicti
         def one(lane, origin, regime=regime, cut=cut):
             return _predict(Inputs(physical, origin), lane, layout, regime, cut)
 
-        result.append(jax.vmap(one)(lanes, _origins(values, lanes, regime, cut)))
+        result.append(jax.vmap(one)(lanes, _origins(values, lanes, data, regime, cut)))
     return result

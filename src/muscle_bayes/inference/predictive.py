@@ -14,7 +14,7 @@ from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
-from muscle_bayes.inference.prior import strain_under
+from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
 
@@ -75,10 +75,13 @@ def _predict_part(
         return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
         if shape:
-            regime = name.split(".")[0]
+            regime, own = name.split(".")
             there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
             chosen = [there.index(run) for run in problem.site_runs[regime]]
             values[name] = thinned[name][:, jnp.asarray(chosen)]
+            if own == "hyst_stretch":
+                told = resting_hyst(posterior.tree.attrs["tension"], thinned)
+                values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
     return predict(problem, values, seed)
 
 

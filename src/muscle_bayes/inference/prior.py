@@ -20,6 +20,9 @@ from muscle_bayes.physics.springs import tensile_strain
 COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
+HYST_STRETCH = 0.1
+"""Prior standard deviation of HYST's strain at the first row about its rest."""
+
 MUSCLE_PARAMETERS = MuscleParameters.__annotations__
 
 
@@ -97,7 +100,7 @@ def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
 def strain_under(tension: Array | float, values: Mapping[str, Array]) -> Array:
     """Strain of MODULUS and HYST together, both at rest under `tension` [N]."""
     modulus = tensile_strain(tension, values["modulus"], values["F_modulus_min"])
-    return modulus + tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
+    return modulus + resting_hyst(tension, values)
 
 
 def muscle_parameters(
@@ -131,9 +134,9 @@ def muscle_parameters(
     )
 
 
-def first_hyst(values: Mapping[str, Array], held: Array) -> Array:
-    """sigma_hyst at which HYST's spring holds `held` [N] (eq. 13 inverted)."""
-    return tensile_strain(held, values["stiffness_hyst"], values["F_hyst_min"])
+def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
+    """sigma_hyst at rest under `tension` [N] (eq. 13 inverted)."""
+    return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
 
 
 def mean_first_strain(runs: Sequence[Run]) -> float:
@@ -198,9 +201,9 @@ def run_sites(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
     if any(has_muscle(run) for run in runs):
-        sites["hyst_tension"] = Site(
-            dist.LogNormal(jnp.full(len(names), np.log(0.5 * size.tension)), 0.7),
-            "N",
-            "force that HYST's spring holds at the first row",
+        sites["hyst_stretch"] = Site(
+            dist.Normal(jnp.zeros(len(names)), HYST_STRETCH),
+            "1",
+            "sigma_hyst at the first row, above its rest under typical tension",
         )
     return sites

@@ -14,11 +14,12 @@ from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.density import lane_fits
 from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.predict import Draws
+from muscle_bayes.inference.prior import resting_hyst
 from muscle_bayes.inference.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.springs import tensile_spring, tensile_strain
+from muscle_bayes.physics.springs import tensile_strain
 
 
 def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
@@ -51,16 +52,16 @@ def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
                 centre = jnp.exp(centre)
             result[name] = jnp.broadcast_to(centre, (count, *shape))
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
-        name = f"{regime}.hyst_tension"
+        name = f"{regime}.hyst_stretch"
         if name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
-            rest = partial(_resting_tension, problem=problem, lanes=lanes, regime=regime)
-            held = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
-            result[name] = result[name].at[:, lanes.run].set(held)
+            rest = partial(_resting_stretch, problem=problem, lanes=lanes, regime=regime)
+            stretch = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
+            result[name] = result[name].at[:, lanes.run].set(stretch)
     return result
 
 
-def _resting_tension(values, *, problem: Problem, lanes: Lanes, regime: str):
-    """Force [N] that HYST's spring holds in every lane at the first row."""
+def _resting_stretch(values, *, problem: Problem, lanes: Lanes, regime: str):
+    """What every lane's sigma_hyst at the first row is above its rest under typical tension."""
     physical = physical_of(values, problem.layout, problem.data)
     start = values[f"{regime}.start"]
     zero = values.get(f"{regime}.zero", jnp.zeros_like(start))
@@ -69,9 +70,7 @@ def _resting_tension(values, *, problem: Problem, lanes: Lanes, regime: str):
         plant = plant_of(lane.plant, physical, problem.layout)
         q = lane.scale * (start[lane.run] - zero[lane.run])
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
-        hyst = _resting_hyst(plant, q, *drive)
-        held = tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
-        return jnp.maximum(held, 1e-3 * values["F_hyst_min"])
+        return _resting_hyst(plant, q, *drive) - resting_hyst(problem.data.tension, values)
 
     return jax.vmap(one)(lanes)
 
@@ -110,7 +109,7 @@ def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array
     """Each run's own unknowns, drawn given the posterior draw and the first part of the run.
 
     For every draw of the shared parameters: Levenberg-Marquardt to the mode of zero, first reading,
-    first speed and force held by HYST, then a normal draw with the curvature there.
+    first speed and stretch of HYST, then a normal draw with the curvature there.
     """
     own = tuple(name for name, shape in problem.layout.shapes if shape)
     if not own:

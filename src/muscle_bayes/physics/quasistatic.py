@@ -62,52 +62,62 @@ class _Path(NamedTuple):
     q: Scalar
     along: tuple[Scalar, ...]
 
+    def at(self, moves: tuple[Scalar, ...]) -> Scalar:
+        """Coordinate after these moves of sigma_hyst."""
+        return self.q + sum(by * move for by, move in zip(self.along, moves, strict=True))
+
 
 def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -> _Path:
-    """The rotor's path, linear in sigma_hyst: held where friction holds it, else sliding.
+    """The rotor's path under a drive, to first order in sigma_hyst.
 
-    Where it slides the balance of forces sets the tension, and HYST follows that and not the
+    Where the rotor slides the balance of forces sets the tension, and HYST follows that and not the
     springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
     relieved: far too little, where MODULUS is stiff.
     """
-    half, dry = 0.5 * duration, plant.friction.dry
-    pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, half)), (q,), (1.0,))
+    dry = plant.friction.dry
+    at = settle(plant, q, hyst, drive, duration)
+    pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
 
         def pull_at(value: Scalar, side=side) -> Scalar:
-            return _force(q, (plant, q, _with(hyst, side, value), drive, half))
+            return _force(at, (plant, q, _with(hyst, side, value), drive, duration))
 
         relief.append(jax.jvp(pull_at, (hyst[side],), (1.0,))[1])
-    # At the edge of what friction holds, HYST decides whether the rotor leaves it.
-    still = jax.lax.stop_gradient((plant, q, hyst, drive))
-    rate = still[0].hyst_rates(still[1], jnp.zeros_like(q), *still[2:])
+    # At the edge of what friction holds: does HYST, in this time, leave the rotor any of its slide,
+    # or push it over the edge?
+    still = jax.lax.stop_gradient((plant, at, hyst, drive))
+    rate = still[0].hyst_rates(still[1], jnp.zeros_like(at), *still[2:])
     growth = sum(by * rate[side] for by, side in zip(relief, _sides(plant), strict=True))
-    outward = (jnp.abs(pull) > (1.0 - EDGE) * dry) & (growth * pull > 0.0)
-    firm = slope < 0.0
-    softness = jnp.where(firm, -1.0 / jnp.where(firm, slope, -1.0), 0.0)
-    at = q + (pull - jnp.sign(pull) * dry) * softness
+    onward = (at - q) * -slope + duration * growth
     inside = (at > plant.stops[0]) & (at < plant.stops[1])
-    free = firm & ((jnp.abs(pull) > dry) | outward) & inside
-    softness = jnp.where(free, softness, 0.0)
-    return _Path(jnp.where(free, at, q), tuple(by * softness for by in relief))
+    edge = (slope < 0.0) & inside & (jnp.abs(pull) >= (1.0 - EDGE) * dry)
+    free = edge & ((onward * pull > 0.0) | (dry == 0.0))
+    at = jnp.where(edge & ~free, q, at)
+    softness = jnp.where(free, -1.0 / jnp.where(free, slope, -1.0), 0.0)
+    return _Path(at, tuple(by * softness for by in relief))
 
 
-def _advance_hyst(plant: Plant, path: _Path, hyst: Pair, drive: Drive, duration: Scalar) -> Pair:
-    """ROS2 along the rotor's path (Verwer et al., SIAM J. Sci. Comput. 20, 1999): L-stable."""
+def _moved(plant: Plant, hyst: Pair, moves: tuple[Scalar, ...]) -> Pair:
+    for side, move in zip(_sides(plant), moves, strict=True):
+        hyst = _with(hyst, side, hyst[side] + move)
+    return hyst
+
+
+def _moves(
+    plant: Plant, path: _Path, hyst: Pair, drive: Drive, duration: Scalar
+) -> tuple[Scalar, ...]:
+    """How far HYST moves in `duration` along the rotor's path, by side.
+
+    ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999): second order, L-stable.
+    """
     sides = _sides(plant)
     if not sides:
-        return hyst
-
-    def moved(moves: tuple[Scalar, ...]) -> Pair:
-        result = hyst
-        for side, move in zip(sides, moves, strict=True):
-            result = _with(result, side, hyst[side] + move)
-        return result
+        return ()
 
     def rates(*moves: Scalar) -> tuple[Scalar, ...]:
-        q = path.q + sum(by * move for by, move in zip(path.along, moves, strict=True))
-        rate = plant.hyst_rates(q, jnp.zeros_like(q), moved(moves), drive)
+        q = path.at(moves)
+        rate = plant.hyst_rates(q, jnp.zeros_like(q), _moved(plant, hyst, moves), drive)
         return tuple(rate[side] for side in sides)
 
     none = tuple(jnp.zeros_like(path.q) for _ in sides)
@@ -123,7 +133,7 @@ def _advance_hyst(plant: Plant, path: _Path, hyst: Pair, drive: Drive, duration:
     first = solve(value)
     late = rates(*(duration * one for one in first))
     second = solve(tuple(a - 2.0 * b for a, b in zip(late, first, strict=True)))
-    return moved(tuple(duration * (1.5 * a + 0.5 * b) for a, b in zip(first, second, strict=True)))
+    return tuple(duration * (1.5 * a + 0.5 * b) for a, b in zip(first, second, strict=True))
 
 
 def _inverse(columns, step):
@@ -140,11 +150,11 @@ def _inverse(columns, step):
 def slow_step(
     plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]
 ) -> SlowState:
-    """One interval: HYST across it, the rotor sliding along; slide to the middle, slide to the end.
+    """One interval: slide to the middle's drive, HYST across with the rotor along, slide to the end.
 
-    HYST sees the temperature of the middle (midpoint rule), so q and sigma_hyst are second-order
-    accurate in the interval's length. Where the load jumps, the rotor's path is bent far from a
-    straight line: the interval that follows must be short.
+    HYST sees the drive of the middle (midpoint rule), so q and sigma_hyst are second-order accurate
+    in the interval's length. Where the load jumps, it should be followed by a short interval, lest
+    HYST sees the new load from the old coordinate.
     """
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
@@ -153,16 +163,14 @@ def slow_step(
     # Where temperature turns, its chord would cut the peak at which friction leaves the rotor.
     half = 0.5 * (before + after) + braking * duration**2 / 8.0
     middle, end = Drive(half, load, applied), Drive(after, load, applied)
-    before_a, before_b = state.hyst[0], state.hyst[1]
-    path = _path(plant, state.q, (before_a, before_b), middle, duration)
-    path = jax.lax.optimization_barrier(path)
-    after_a, after_b = _advance_hyst(plant, path, (before_a, before_b), middle, duration)
-    half_way = 0.5 * (before_a + after_a), 0.5 * (before_b + after_b)
-    q_middle = settle(plant, state.q, half_way, middle, 0.5 * duration)
-    q = settle(plant, q_middle, (after_a, after_b), end, 0.5 * duration)
-    hyst = jnp.stack([after_a, after_b])
+    begun = state.hyst[0], state.hyst[1]
+    path = _path(plant, state.q, begun, middle, 0.5 * duration)
+    moves = _moves(plant, path, begun, middle, duration)
+    q_middle = path.at(tuple(0.5 * move for move in moves))
+    moved = _moved(plant, begun, moves)
+    q = settle(plant, q_middle, moved, end, 0.5 * duration)
+    hyst = jnp.stack(moved)
     # An interval of no length is padding, whatever its load: without this the rotor would slide.
     padding = duration <= 0.0
-    still = SlowState(state.q, state.hyst, state.q)
-    moved = SlowState(q, hyst, q_middle)
-    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moved, strict=True)))
+    still, after = SlowState(state.q, state.hyst, state.q), SlowState(q, hyst, q_middle)
+    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, after, strict=True)))
