@@ -41,6 +41,10 @@ def _force(x: Scalar, args: tuple) -> Scalar:
     return plant.force(x, speed, hyst, drive)
 
 
+once = jax.lax.optimization_barrier
+"""Has a value computed once: else the compiler does so wherever it is used, with all derivatives."""
+
+
 def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Scalar:
     """Slide to equilibrium within `duration` [s]."""
     args = (plant, q, hyst, drive, duration)
@@ -75,7 +79,7 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     relieved: far too little, where MODULUS is stiff.
     """
     dry = plant.friction.dry
-    at = settle(plant, q, hyst, drive, duration)
+    at = once(settle(plant, q, hyst, drive, duration))
     pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
@@ -129,6 +133,7 @@ def _moves(
 
         value, column = jax.jvp(along, (none[place],), (1.0,))
         columns.append(column)
+    value, columns = once((value, columns))
     solve = _inverse(columns, GAMMA * duration)
     first = solve(value)
     late = rates(*(duration * one for one in first))
@@ -165,9 +170,11 @@ def slow_step(
     middle, end = Drive(half, load, applied), Drive(after, load, applied)
     begun = state.hyst[0], state.hyst[1]
     path = _path(plant, state.q, begun, middle, 0.5 * duration)
+    path = once(path)
     moves = _moves(plant, path, begun, middle, duration)
     q_middle = path.at(tuple(0.5 * move for move in moves))
     moved = _moved(plant, begun, moves)
+    q_middle, moved = once((q_middle, moved))
     q = settle(plant, q_middle, moved, end, 0.5 * duration)
     hyst = jnp.stack(moved)
     # An interval of no length is padding, whatever its load: without this the rotor would slide.
