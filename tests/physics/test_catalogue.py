@@ -72,14 +72,17 @@ def test_parameters_have_unit_prior_and_an_off_inside_its_support(effect):
 
 @each
 @pytest.mark.parametrize("motion", [release, creep])
-def test_off_is_the_identity_to_the_last_bit(effect, motion):
+def test_off_is_the_identity(effect, motion):
     driven = drive(motion is creep)
     off = jax.tree.map(jnp.asarray, effect.off())
     plain = motion(muscle_plant(), driven, -0.2, 0.04)
     seen = motion(muscle_plant() + off, driven, -0.2, 0.04)
     assert np.ptp(plain.sensed) > 0.1
     for name in plain._fields:
-        np.testing.assert_array_equal(getattr(seen, name), getattr(plain, name), name)
+        # The compiler may order sums differently: to rounding, not to the last bit.
+        np.testing.assert_allclose(
+            getattr(seen, name), getattr(plain, name), rtol=1e-12, atol=1e-14, err_msg=name
+        )
 
 
 @each

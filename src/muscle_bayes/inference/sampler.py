@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.infer.hmc import hmc
 
+from muscle_bayes.inference.bend import Unbent, bent, unbent
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
@@ -39,7 +40,7 @@ NOISE_SPREAD = 0.7
 
 
 class Whitening(NamedTuple):
-    """vector[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
+    """bent[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
 
     centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
@@ -63,7 +64,9 @@ class Draws(NamedTuple):
 def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
     inner, outer, noise = blocks(layout)
-    information = np.asarray(mode.information)
+    centre = bent(mode.vector, layout, data)
+    turn = jax.jacfwd(lambda b: unbent(b, layout, data).vector)(centre)
+    information = np.asarray(turn.T @ mode.information @ turn)
     covariance = np.linalg.inv(information[np.ix_(inner, inner)])
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
@@ -72,7 +75,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     proposal = adapt(key, predicted, mode.vector, jnp.asarray(spread), layout, data)
     table = tabulate(lambda v: potential_at(v, layout, data), mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(mode.vector, jnp.asarray(factor), walled, proposal)
+    return Whitening(centre, jnp.asarray(factor), walled, proposal)
 
 
 def _blank(layout: Layout) -> Whitening:
@@ -103,11 +106,15 @@ def _kernel(layout: Layout, warmup: int) -> Kernel:
     """Kernel of a layout, not compiled; it serves every data set of the layout."""
     inner, outer, _ = blocks(layout)
 
-    def vector_of(z: Array, white: Whitening, rest: Array) -> Array:
-        return rest.at[inner].set(white.centre[inner] + white.factor @ z)
+    def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
+        return unbent(rest.at[inner].set(white.centre[inner] + white.factor @ z), layout, data)
 
     def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
-        return lambda z: potential(vector_of(z, white, rest), layout, data)
+        def energy(z: Array) -> Array:
+            vector, log_volume = point_of(z, white, data, rest)
+            return potential(vector, layout, data) - log_volume
+
+        return energy
 
     begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
 
@@ -136,14 +143,16 @@ def _kernel(layout: Layout, warmup: int) -> Kernel:
 
         # One simulation with its derivatives serves the noise's move and the start of a trajectory.
         def simulate(z: Array) -> list[LanePrediction]:
-            return predictions(constrain(vector_of(z, white, rest), layout, data), layout, data)
+            vector, _ = point_of(z, white, data, rest)
+            return predictions(constrain(vector, layout, data), layout, data)
 
         predicted, pull_back = jax.vjp(simulate, hmc_state.z)
-        vector = vector_of(hmc_state.z, white, rest)
+        vector, _ = point_of(hmc_state.z, white, data, rest)
         rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
 
         def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
-            return potential_given(predicted, vector_of(z, white, rest), layout, data)
+            vector, log_volume = point_of(z, white, data, rest)
+            return potential_given(predicted, vector, layout, data) - log_volume
 
         energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
         gradient = direct + pull_back(through)[0]
@@ -162,19 +171,20 @@ def _kernel(layout: Layout, warmup: int) -> Kernel:
             def energy_at(z: Array, rest: Array) -> Array:
                 return density_of(white, data, rest)(z)
 
-            begun = WalledState(hmc_state.z, vector_of(hmc_state.z, white, rest), energy)
+            begun = WalledState(hmc_state.z, rest, energy)
             moved = move_walled(
                 key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
             )
             hmc_state, rest = hmc_state._replace(z=moved.z), moved.vector
             energy = moved.energy
+        vector, log_volume = point_of(hmc_state.z, white, data, rest)
         kept = (
-            vector_of(hmc_state.z, white, rest),
+            vector,
             hmc_state.diverging,
             hmc_state.num_steps,
             hmc_state.accept_prob,
             hmc_state.energy,
-            -energy,
+            -energy - log_volume,
         )
         return _ChainState(hmc_state, rest, key), kept
 

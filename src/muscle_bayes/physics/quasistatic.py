@@ -15,10 +15,6 @@ GAMMA = 1.0 - 0.5**0.5
 """Coefficient that makes the two-stage Rosenbrock method ROS2 L-stable."""
 
 
-EDGE = 1e-9
-"""Share of dry friction by which a rotor that slid to a rest may miss the edge of what it holds."""
-
-
 Pair = tuple[Scalar, Scalar]
 """sigma_hyst of sides A and B. Scalars, not an array: that compiles to a third of the work."""
 
@@ -88,17 +84,38 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
             return _force(at, (plant, q, _with(hyst, side, value), drive, duration))
 
         relief.append(jax.jvp(pull_at, (hyst[side],), (1.0,))[1])
-    # At the edge of what friction holds: does HYST, in this time, leave the rotor any of its slide,
-    # or push it over the edge?
-    still = jax.lax.stop_gradient((plant, at, hyst, drive))
-    rate = still[0].hyst_rates(still[1], jnp.zeros_like(at), *still[2:])
-    growth = sum(by * rate[side] for by, side in zip(relief, _sides(plant), strict=True))
-    onward = (at - q) * -slope + duration * growth
+    # How hard would the rotor be pulled at q, temperature and HYST having moved? HYST first takes back
+    # what temperature made the rotor slide, under a tension that stays; then it relaxes against a
+    # rotor that rests.
+    still = jax.lax.stop_gradient((at, hyst, plant, drive))
+    rate, rate_slope = [], []
+    for side in _sides(plant):
+
+        def rate_at(value: Scalar, side=side) -> Scalar:
+            now, hyst, plant, drive = still
+            return plant.hyst_rates(now, jnp.zeros_like(now), _with(hyst, side, value), drive)[side]
+
+        value, by_value = jax.jvp(rate_at, (still[1][side],), (1.0,))
+        rate.append(value)
+        rate_slope.append(jnp.minimum(by_value, 0.0))
+    speeds = [by * value for by, value in zip(relief, rate, strict=True)]
+    total, slide = sum(speeds), (q - at) * slope
+    opposed = total * slide < 0.0
+    taking = jnp.where(opposed, jnp.abs(slide) / jnp.where(opposed, jnp.abs(total), 1.0), 0.0)
+    taking = jnp.minimum(taking, duration)
+    left = duration - taking
+    growth = sum(
+        speed * left / (1.0 - left * by_value)
+        for speed, by_value in zip(speeds, rate_slope, strict=True)
+    )
+    held = pull + slide + total * taking + growth
+    direction = jnp.sign(held)
     inside = (at > plant.stops[0]) & (at < plant.stops[1])
-    edge = (slope < 0.0) & inside & (jnp.abs(pull) >= (1.0 - EDGE) * dry)
-    free = edge & ((onward * pull > 0.0) | (dry == 0.0))
-    at = jnp.where(edge & ~free, q, at)
+    firm = (slope < 0.0) & inside
+    free = firm & ((jnp.abs(held) > dry) | (dry == 0.0))
     softness = jnp.where(free, -1.0 / jnp.where(free, slope, -1.0), 0.0)
+    onward = at + (pull - direction * dry) * softness
+    at = jnp.where(firm & ~free, q, jnp.where(dry == 0.0, at, onward))
     return _Path(at, tuple(by * softness for by in relief))
 
 
@@ -179,5 +196,5 @@ def slow_step(
     hyst = jnp.stack(moved)
     # An interval of no length is padding, whatever its load: without this the rotor would slide.
     padding = duration <= 0.0
-    still, after = SlowState(state.q, state.hyst, state.q), SlowState(q, hyst, q_middle)
-    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, after, strict=True)))
+    still, moving = SlowState(state.q, state.hyst, state.q), SlowState(q, hyst, q_middle)
+    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moving, strict=True)))

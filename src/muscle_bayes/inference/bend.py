@@ -1,0 +1,75 @@
+"""Coordinates in which a curved posterior is nearly straight, for the sampler alone."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.problem import Data, Layout
+
+STRETCH, TAUT, TIME = "slow.hyst_stretch", "taut_strain", "time_constant"
+
+
+class _Places(NamedTuple):
+    """Where in the unconstrained vector."""
+
+    stretch: np.ndarray
+    taut: int
+    time: int
+
+
+def _places(layout: Layout) -> _Places | None:
+    starts = np.cumsum([0, *(int(np.prod(shape)) for _, shape in layout.shapes)])
+    at = {name: int(start) for (name, _), start in zip(layout.shapes, starts, strict=False)}
+    if STRETCH not in at or TAUT not in at:
+        return None
+    count = int(np.prod(dict(layout.shapes)[STRETCH]))
+    return _Places(at[STRETCH] + np.arange(count), at[TAUT], at[TIME])
+
+
+def _shares(time_constant: Array, layout: Layout, data: Data, count: int) -> Float[Array, " run"]:
+    """1 - exp(-duration / time constant) of each run: how much of HYST's creep its record shows."""
+    duration = jnp.zeros(count)
+    groups = zip(data.lanes, layout.regimes, layout.segmented, strict=True)
+    for lanes, regime, cut in groups:
+        if regime == "slow" and not cut:
+            duration = duration.at[lanes.run].max(lanes.schedule.time[:, -1])
+    return -jnp.expm1(-duration / time_constant)
+
+
+class Unbent(NamedTuple):
+    """A point of the posterior."""
+
+    vector: Float[Array, " n"]
+    """Unconstrained."""
+    log_volume: Float[Array, ""]
+    """Log determinant of the vector's derivative in the bent coordinates."""
+
+
+def unbent(bent: Float[Array, " n"], layout: Layout, data: Data) -> Unbent:
+    """The unconstrained vector from bent coordinates.
+
+    A record shorter than HYST's time constant tau tells how far HYST crept in it,
+    c = stretch (1 - exp(-duration / tau)), and the strain it began with, taut_strain + stretch, but
+    hardly tau: along that ridge stretch and taut_strain go as 1/c. So c of every run and
+    taut_strain + mean stretch take their places.
+    """
+    places = _places(layout)
+    if places is None:
+        return Unbent(bent, jnp.zeros(()))
+    share = _shares(jnp.exp(bent[places.time]), layout, data, places.stretch.size)
+    stretch = bent[places.stretch] / share
+    vector = bent.at[places.stretch].set(stretch).at[places.taut].add(-jnp.mean(stretch))
+    return Unbent(vector, -jnp.sum(jnp.log(share)))
+
+
+def bent(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:
+    """Inverse of `unbent`."""
+    places = _places(layout)
+    if places is None:
+        return vector
+    share = _shares(jnp.exp(vector[places.time]), layout, data, places.stretch.size)
+    stretch = vector[places.stretch]
+    moved = vector.at[places.stretch].set(stretch * share)
+    return moved.at[places.taut].add(jnp.mean(stretch))
