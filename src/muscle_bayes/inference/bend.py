@@ -6,9 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from muscle_bayes.inference.prior import COLD, HOT
 from muscle_bayes.inference.problem import Data, Layout
 
 STRETCH, TAUT, TIME = "slow.hyst_stretch", "taut_strain", "time_constant"
+CONTRACTION, BEND = "contraction", "bend"
+LEAST_FALL = 0.05
+"""Least fall of strain, as a share of the contraction from cold to hot, that is told apart from none."""
 
 
 class _Places(NamedTuple):
@@ -17,6 +21,8 @@ class _Places(NamedTuple):
     stretch: np.ndarray
     taut: int
     time: int
+    contraction: int
+    bend: int
 
 
 def _places(layout: Layout) -> _Places | None:
@@ -25,7 +31,8 @@ def _places(layout: Layout) -> _Places | None:
     if STRETCH not in at or TAUT not in at:
         return None
     count = int(np.prod(dict(layout.shapes)[STRETCH]))
-    return _Places(at[STRETCH] + np.arange(count), at[TAUT], at[TIME])
+    shared = (at[name] for name in (TAUT, TIME, CONTRACTION, BEND))
+    return _Places(at[STRETCH] + np.arange(count), *shared)
 
 
 def _shares(time_constant: Array, layout: Layout, data: Data, count: int) -> Float[Array, " run"]:
@@ -36,6 +43,17 @@ def _shares(time_constant: Array, layout: Layout, data: Data, count: int) -> Flo
         if regime == "slow" and not cut:
             duration = duration.at[lanes.run].max(lanes.schedule.time[:, -1])
     return -jnp.expm1(-duration / time_constant)
+
+
+def _log_fall(bend: Array, layout: Layout, data: Data) -> Float[Array, ""]:
+    """Log of the fall of thermal strain to the hottest temperature logged, per unit contraction."""
+    slow = [
+        jnp.max(lanes.schedule.temperature)
+        for lanes, regime in zip(data.lanes, layout.regimes, strict=True)
+        if regime == "slow"
+    ]
+    x = (jnp.max(jnp.stack(slow)) - COLD) / (HOT - COLD)
+    return jnp.log(jnp.maximum(x - 4.0 * bend * x * (1.0 - x), LEAST_FALL))
 
 
 class Unbent(NamedTuple):
@@ -53,7 +71,8 @@ def unbent(bent: Float[Array, " n"], layout: Layout, data: Data) -> Unbent:
     A record shorter than HYST's time constant tau tells how far HYST crept in it,
     c = stretch (1 - exp(-duration / tau)), and the strain it began with, taut_strain + stretch, but
     hardly tau: along that ridge stretch and taut_strain go as 1/c. So c of every run and
-    taut_strain + mean stretch take their places.
+    taut_strain + mean stretch take their places. Likewise the fall of thermal strain to the hottest
+    temperature logged takes the place of contraction, which may lie far beyond.
     """
     places = _places(layout)
     if places is None:
@@ -61,6 +80,7 @@ def unbent(bent: Float[Array, " n"], layout: Layout, data: Data) -> Unbent:
     share = _shares(jnp.exp(bent[places.time]), layout, data, places.stretch.size)
     stretch = bent[places.stretch] / share
     vector = bent.at[places.stretch].set(stretch).at[places.taut].add(-jnp.mean(stretch))
+    vector = vector.at[places.contraction].add(-_log_fall(bent[places.bend], layout, data))
     return Unbent(vector, -jnp.sum(jnp.log(share)))
 
 
@@ -72,4 +92,5 @@ def bent(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array,
     share = _shares(jnp.exp(vector[places.time]), layout, data, places.stretch.size)
     stretch = vector[places.stretch]
     moved = vector.at[places.stretch].set(stretch * share)
-    return moved.at[places.taut].add(jnp.mean(stretch))
+    moved = moved.at[places.taut].add(jnp.mean(stretch))
+    return moved.at[places.contraction].add(_log_fall(vector[places.bend], layout, data))
