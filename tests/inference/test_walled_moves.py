@@ -3,14 +3,26 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.problem import Layout
-from muscle_bayes.inference.walled_moves import WalledState, move_walled
+from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.walled_moves import (
+    BINS,
+    Table,
+    WalledProposal,
+    WalledState,
+    move_walled,
+    tabulate,
+)
+from muscle_bayes.physics.springs import tensile_strain
 
 NAMES = ("modulus", "taut_strain", "F_modulus_min", "stiffness_hyst", "F_hyst_min", "slow.noise")
 LAYOUT = Layout("coulomb", (), ("slow",), (False,), tuple((name, ()) for name in NAMES))
+TENSION = jnp.asarray(2.0)
+TABLE = Table(jnp.full(2, -4.0), jnp.full(2, 8.0 / BINS), jnp.zeros((2, BINS)))
+"""Flat from -4 to 4."""
 VECTOR = np.array([0.2, 0.0, 0.1, 0.3, -0.2, 0.0])
 """Logarithms, but for taut_strain."""
 
@@ -18,6 +30,7 @@ VECTOR = np.array([0.2, 0.0, 0.1, 0.3, -0.2, 0.0])
 def run_chain(energy_of, iterations: int, stride: float):
     """Vectors after each round of moves, started at VECTOR with a factor that is not the unit's."""
     smooth = blocks(LAYOUT).smooth
+    proposal = WalledProposal(jnp.full(2, stride), TABLE)
     factor = jnp.array([[0.5, 0.0, 0.0], [0.2, 0.8, 0.0], [-0.1, 0.3, 0.4]])
 
     def whole(z, vector):
@@ -27,7 +40,7 @@ def run_chain(energy_of, iterations: int, stride: float):
         return energy_of(whole(z, vector))
 
     def step(state, key):
-        state = move_walled(key, state, energy_at, factor, jnp.full(2, stride), LAYOUT)
+        state = move_walled(key, state, energy_at, factor, proposal, TENSION, LAYOUT)
         vector = whole(state.z, state.vector)
         return WalledState(state.z, vector, state.energy), vector
 
@@ -56,14 +69,39 @@ def test_a_normal_density_is_left_as_it_is():
 
 
 @double_precision
-def test_a_shut_spring_s_force_moves_with_the_muscle_s_length_held():
-    """Only taut_strain + F/modulus is known, to 1e-4: what a shut MODULUS tells."""
+def test_a_slack_spring_s_force_moves_with_the_muscle_s_length_held():
+    """Only C is known, to 1e-4: what a slack MODULUS tells."""
+
+    def resting(vector):
+        return vector[1] - tensile_strain(TENSION, jnp.exp(vector[0]), jnp.exp(vector[2]))
 
     def energy(vector):
-        length = vector[1] + jnp.exp(vector[2] - vector[0])
-        known = jnp.exp(VECTOR[2] - VECTOR[0])
+        length, known = resting(vector), resting(jnp.asarray(VECTOR))
         prior = (vector[2] - VECTOR[2]) ** 2 + (vector[4] - VECTOR[4]) ** 2
         return 0.5 * ((length - known) / 1e-4) ** 2 + 0.5 * prior
 
     forces = run_chain(energy, 4000, 1.0)[500:, 2]
     np.testing.assert_allclose(forces.std(), 1.0, rtol=0.15)
+
+
+@double_precision
+def test_a_table_is_the_conditional_density():
+    priors = {name: dist.LogNormal(0.0, 1.0) for name in NAMES}
+    data = Data((), priors, jnp.ones(()), TENSION)
+    wall = 0.5
+
+    def energy(vector):
+        beyond = (vector[2] > wall) | (vector[4] > 2.0 * wall)
+        return jnp.where(beyond, 1e6, 0.5 * (vector[2] ** 2 + vector[4] ** 2))
+
+    table = tabulate(lambda v: float(energy(v)), jnp.asarray(VECTOR), LAYOUT, data)
+    keys = jax.random.split(jax.random.key(1), 20_000)
+    for which, end in ((0, wall), (1, 2.0 * wall)):
+        draws = np.asarray(jax.vmap(lambda key, w=which: table.draw(key, w))(keys))
+        bin_width = float(table.width[which])
+        assert abs(np.mean(draws < end + bin_width) - 0.97) < 0.02
+        normal = np.random.default_rng(0).standard_normal(200_000)
+        kept = draws[draws < end]
+        np.testing.assert_allclose(kept.mean(), normal[normal < end].mean(), atol=0.06)
+    outside = table.log_density(0, table.low[0] - 1.0)
+    assert outside == -jnp.inf

@@ -192,6 +192,27 @@ def test_hyst_relaxes_exponentially(held):
         np.testing.assert_allclose(release(made, driven, 0.0, 0.01).hyst[:, 0], exact, atol=1e-10)
 
 
+@pytest.mark.parametrize("dry", [0.0, 0.02])
+def test_hyst_creeps_as_the_load_says_though_modulus_is_shut(dry):
+    """MODULUS, 4,000 times stiffer while it opens, must not hold HYST back: tension is load -+ D."""
+    time, load, temperature = np.linspace(0.0, 600.0, 301), 5.0, 60.0
+    damper = TABLE_2["H"] * (temperature + TABLE_2["T_hyst_offset"])
+    closed = TABLE_2["F_hyst_min"] - BASE * TABLE_2["K_hyst"] * 1e-3
+    end = (load - dry - closed) / (BASE * TABLE_2["K_hyst"])
+    exact = end + (0.03 - end) * np.exp(-time[1:] * TABLE_2["K_hyst"] / damper)
+    offset = TABLE_2["A"] * temperature**2 + TABLE_2["B"] * temperature + TABLE_2["C"]
+    shut = 1e-3 * (load - dry) / 6.0
+    start = BASE * (1.0 + offset + 0.03 + shut) - 0.115
+    made = plant(
+        muscle(Straight(0.115, 1.0), F_modulus_min=6.0),
+        friction=CoulombFriction(jnp.asarray(dry)),
+        lever=1.0,
+        stops=(-1.0, 1.0),
+    )
+    seen = creep(made, schedule(time, temperature=temperature, applied=load), start, 0.03)
+    np.testing.assert_allclose(seen.hyst[:, 0], exact, atol=4e-6)
+
+
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
 @pytest.mark.parametrize("kind", [Pins, Drum, Straight])
 def test_lever_is_the_slope_of_length(kind, mirror):

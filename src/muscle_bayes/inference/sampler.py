@@ -15,7 +15,13 @@ from muscle_bayes.inference.bend import Unbent, bent, unbent
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
-from muscle_bayes.inference.noise_moves import Proposal, adapt, disperse, move_noise
+from muscle_bayes.inference.noise_moves import (
+    Proposal,
+    adapt,
+    disperse,
+    move_noise,
+    relative_scale,
+)
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import potential_at, predictions_at
@@ -33,6 +39,10 @@ TARGET_ACCEPTANCE = 0.8
 SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
 """A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
 directions in which it is not and lest trajectories return."""
+SMALL_MISFIT = 0.5
+"""Share of the misfit at the mode below which steps are shortened."""
+SHORTEST_STEP = 0.1
+"""Least factor by which steps are shortened where misfit is small."""
 MOST_STEPS = 32
 """Leapfrog steps after which a trajectory ends in any case."""
 NOISE_SPREAD = 0.7
@@ -104,7 +114,7 @@ class Kernel(NamedTuple):
 @lru_cache(maxsize=32)
 def _kernel(layout: Layout, warmup: int) -> Kernel:
     """Kernel of a layout, not compiled; it serves every data set of the layout."""
-    inner, outer, _ = blocks(layout)
+    inner, outer, noise = blocks(layout)
 
     def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
         return unbent(rest.at[inner].set(white.centre[inner] + white.factor @ z), layout, data)
@@ -156,15 +166,24 @@ def _kernel(layout: Layout, warmup: int) -> Kernel:
 
         energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
         gradient = direct + pull_back(through)[0]
+        # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
+        scale = jnp.clip(
+            relative_scale(rest[noise], white.noise) / SMALL_MISFIT, SHORTEST_STEP, 1.0
+        )
+        step = hmc_state.adapt_state.step_size
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
-        most = MOST_STEPS * hmc_state.adapt_state.step_size
+        most = MOST_STEPS * scale * step
         hmc_state = hmc_state._replace(
             potential_energy=energy,
             z_grad=gradient,
             trajectory_length=jnp.minimum(length, most),
+            adapt_state=hmc_state.adapt_state._replace(step_size=scale * step),
         )
         hmc_state = sample(hmc_state, model_args=(white, data, rest))
+        adapted = hmc_state.adapt_state
+        step = jnp.where(hmc_state.i < warmup, adapted.step_size, step)
+        hmc_state = hmc_state._replace(adapt_state=adapted._replace(step_size=step))
         energy = hmc_state.potential_energy
         if outer.size:
 
