@@ -31,7 +31,7 @@ class Effort:
     min_ess: int = MIN_ESS
 
 
-QUICK = Effort(chains=4, warmup=100, draws=400, min_ess=200)
+QUICK = Effort(chains=4, warmup=100, draws=500, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 
