@@ -18,9 +18,8 @@ from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import fits_with, predictions_at
-from muscle_bayes.inference.sampler import Draws
+from muscle_bayes.inference.sampler import MAX_RHAT, Draws
 
-MAX_RHAT = 1.01
 PREDICTIVE_DRAWS = 200
 PRIOR_DRAWS = 1000
 LIBRARIES = ("muscle-bayes", "jax", "numpyro", "diffrax", "arviz", "numpy")

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import jax
 import numpy as np
@@ -12,26 +11,14 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
+from muscle_bayes.inference.kernel import prepare
 from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.sampler import draw, prepare
+from muscle_bayes.inference.sampler import Effort, draw
 
-MIN_ESS = 400
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How long to sample."""
-
-    chains: int = 4
-    warmup: int = 200
-    draws: int = 1000
-    min_ess: int = MIN_ESS
-
-
-QUICK = Effort(chains=4, warmup=100, draws=500, min_ess=200)
+QUICK = Effort(warmup=100, draws=400, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 
@@ -67,19 +54,14 @@ def fit(
     """
     problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
     keys = jax.random.split(jax.random.key(seed), 2)
-    total, done, tried = effort.chains * (effort.warmup + effort.draws), 0, 0
+    tried = 0
 
     def searched(_: str) -> None:
         nonlocal tried
         tried += 1
         report("searching", tried, STARTS)
 
-    def sampled(count: int) -> None:
-        nonlocal done
-        done += count
-        report("sampling", done, total)
-
-    preparation = prepare(problem.layout, problem.data, effort.warmup)
+    preparation = prepare(problem.layout, problem.data)
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(lambda: preparation.kernel)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
@@ -91,10 +73,8 @@ def fit(
         preparation,
         problem.layout,
         problem.data,
-        chains=effort.chains,
-        warmup=effort.warmup,
-        draws=effort.draws,
-        report=sampled,
+        effort,
+        report=lambda done, total: report("sampling", done, total),
     )
     report("predicting", 0, 1)
     posterior = assemble(problem, drawn, effort.min_ess, seed)

@@ -1,61 +1,36 @@
-"""Draws from a posterior: NumPyro's HMC on whitened coordinates within a Gibbs sampler."""
+"""Draws from a posterior: chains that share what warm-up taught, sampled until they agree."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
+import arviz as az
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.infer.hmc import hmc
 
-from muscle_bayes.inference.bend import Unbent, bent, unbent
-from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import constrain, potential, potential_given
-from muscle_bayes.inference.lane_model import LanePrediction, predictions
-from muscle_bayes.inference.noise_moves import (
-    Proposal,
-    adapt,
-    disperse,
-    move_noise,
-    relative_scale,
-)
+from muscle_bayes.inference.kernel import CHUNK, ChainState, Preparation, whitening
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.programs import potential_at, predictions_at
-from muscle_bayes.inference.walled_moves import (
-    Table,
-    WalledProposal,
-    WalledState,
-    move_walled,
-    tabulate,
-)
 
-CHUNK = 50
-"""Iterations between two reports of progress; an interruption waits for at most these."""
-TARGET_ACCEPTANCE = 0.8
-SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
-"""A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
-directions in which it is not and lest trajectories return."""
-SMALL_MISFIT = 0.5
-"""Share of the misfit at the mode below which steps are shortened."""
-SHORTEST_STEP = 0.1
-"""Least factor by which steps are shortened where misfit is small."""
-MOST_STEPS = 32
-"""Leapfrog steps after which a trajectory ends in any case."""
-NOISE_SPREAD = 0.7
-"""Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
+MAX_RHAT = 1.01
 
 
-class Whitening(NamedTuple):
-    """bent[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
+@dataclass(frozen=True)
+class Effort:
+    """How long to sample."""
 
-    centre: Float[Array, " n"]
-    factor: Float[Array, "smooth smooth"]
-    walled: WalledProposal
-    noise: Proposal
+    chains: int = 4
+    warmup: int = 200
+    """Iterations of each chain that are not kept."""
+    draws: int = 1000
+    """Of each chain, before convergence is judged."""
+    rounds: int = 3
+    """Most times that so many draws are made."""
+    min_ess: int = 400
+    """Bulk effective sample size that is wanted of every sampled quantity."""
 
 
 class Draws(NamedTuple):
@@ -71,189 +46,14 @@ class Draws(NamedTuple):
     log_density: np.ndarray
 
 
-def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
-    """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
-    inner, outer, noise = blocks(layout)
-    centre = bent(mode.vector, layout, data)
-    turn = jax.jacfwd(lambda b: unbent(b, layout, data).vector)(centre)
-    information = np.asarray(turn.T @ mode.information @ turn)
-    covariance = np.linalg.inv(information[np.ix_(inner, inner)])
-    factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
-    stride = 2.4 / np.sqrt(np.diag(information)[outer])
-    spread = NOISE_SPREAD * np.ones(noise.size)
-    predicted = predictions_at(mode.vector, layout, data)
-    proposal = adapt(key, predicted, mode.vector, jnp.asarray(spread), layout, data)
-    table = tabulate(lambda v: potential_at(v, layout, data), mode.vector, layout, data)
-    walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(centre, jnp.asarray(factor), walled, proposal)
+def agree(draws: Draws, min_ess: int) -> bool:
+    """Whether rank-normalised R-hat and bulk ESS of every entry of the vector are good enough.
 
-
-def _blank(layout: Layout) -> Whitening:
-    """A whitening of the layout's shapes that holds nothing."""
-    inner, outer, noise = blocks(layout)
-    size = inner.size + outer.size + noise.size
-    walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
-    proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    return Whitening(jnp.zeros(size), jnp.eye(inner.size), walled, proposal)
-
-
-class _ChainState(NamedTuple):
-    hmc: Any
-    rest: Float[Array, " n"]
-    """Whole vector; only its walled and noise entries count."""
-    key: Array
-
-
-class Kernel(NamedTuple):
-    """Start and advance of one chain."""
-
-    start: Any
-    advance: Any
-
-
-@lru_cache(maxsize=32)
-def _kernel(layout: Layout, warmup: int) -> Kernel:
-    """Kernel of a layout, not compiled; it serves every data set of the layout."""
-    inner, outer, noise = blocks(layout)
-
-    def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        return unbent(rest.at[inner].set(white.centre[inner] + white.factor @ z), layout, data)
-
-    def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
-        def energy(z: Array) -> Array:
-            vector, log_volume = point_of(z, white, data, rest)
-            return potential(vector, layout, data) - log_volume
-
-        return energy
-
-    begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
-
-    @jax.jit
-    def start(key: Array, white: Whitening, data: Data) -> _ChainState:
-        key_z, key_hmc, key_noise, key_rest = jax.random.split(key, 4)
-        rest = disperse(key_noise, white.centre, white.noise, layout)
-        hmc_state = begin(
-            jax.random.normal(key_z, (inner.size,)),
-            num_warmup=warmup,
-            target_accept_prob=TARGET_ACCEPTANCE,
-            trajectory_length=LONGEST_TRAJECTORY,
-            model_args=(white, data, rest),
-            rng_key=key_hmc,
-        )
-        # `iterate` computes energy and gradient itself: so dropped, they are not even compiled here.
-        none = jnp.zeros(())
-        hmc_state = hmc_state._replace(
-            potential_energy=none, energy=none, z_grad=jnp.zeros(inner.size)
-        )
-        return _ChainState(hmc_state, rest, key_rest)
-
-    def iterate(state: _ChainState, white: Whitening, data: Data) -> tuple[_ChainState, tuple]:
-        key, key_noise, key_length, key_walled = jax.random.split(state.key, 4)
-        hmc_state, rest = state.hmc, state.rest
-
-        # One simulation with its derivatives serves the noise's move and the start of a trajectory.
-        def simulate(z: Array) -> list[LanePrediction]:
-            vector, _ = point_of(z, white, data, rest)
-            return predictions(constrain(vector, layout, data), layout, data)
-
-        predicted, pull_back = jax.vjp(simulate, hmc_state.z)
-        vector, _ = point_of(hmc_state.z, white, data, rest)
-        rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
-
-        def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
-            vector, log_volume = point_of(z, white, data, rest)
-            return potential_given(predicted, vector, layout, data) - log_volume
-
-        energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
-        gradient = direct + pull_back(through)[0]
-        # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
-        scale = jnp.clip(
-            relative_scale(rest[noise], white.noise) / SMALL_MISFIT, SHORTEST_STEP, 1.0
-        )
-        step = hmc_state.adapt_state.step_size
-        span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
-        length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
-        most = MOST_STEPS * scale * step
-        hmc_state = hmc_state._replace(
-            potential_energy=energy,
-            z_grad=gradient,
-            trajectory_length=jnp.minimum(length, most),
-            adapt_state=hmc_state.adapt_state._replace(step_size=scale * step),
-        )
-        hmc_state = sample(hmc_state, model_args=(white, data, rest))
-        adapted = hmc_state.adapt_state
-        step = jnp.where(hmc_state.i < warmup, adapted.step_size, step)
-        hmc_state = hmc_state._replace(adapt_state=adapted._replace(step_size=step))
-        energy = hmc_state.potential_energy
-        if outer.size:
-
-            def energy_at(z: Array, rest: Array) -> Array:
-                return density_of(white, data, rest)(z)
-
-            begun = WalledState(hmc_state.z, rest, energy)
-            moved = move_walled(
-                key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
-            )
-            hmc_state, rest = hmc_state._replace(z=moved.z), moved.vector
-            energy = moved.energy
-        vector, log_volume = point_of(hmc_state.z, white, data, rest)
-        kept = (
-            vector,
-            hmc_state.diverging,
-            hmc_state.num_steps,
-            hmc_state.accept_prob,
-            hmc_state.energy,
-            -energy - log_volume,
-        )
-        return _ChainState(hmc_state, rest, key), kept
-
-    @jax.jit
-    def advance(state: _ChainState, white: Whitening, data: Data, count: Array) -> Any:
-        """`count` iterations, at most CHUNK; what lies behind them in the result is empty."""
-        shapes = jax.eval_shape(iterate, state, white, data)[1]
-        room = jax.tree.map(lambda one: jnp.zeros((CHUNK, *one.shape), one.dtype), shapes)
-
-        def one(index: Array, carry: Any) -> Any:
-            state, room = carry
-            state, out = iterate(state, white, data)
-            return state, jax.tree.map(lambda rows, row: rows.at[index].set(row), room, out)
-
-        return jax.lax.fori_loop(0, count, one, (state, room))
-
-    return Kernel(start, advance)
-
-
-class Preparation:
-    """A kernel that is traced; compiling it can be left to another thread, tracing cannot.
-
-    JAX traces the same function in two threads at once at its peril, and tracing holds Python's lock.
+    Both are the same for an entry and for the sampled quantity that it stands for.
     """
-
-    def __init__(self, layout: Layout, data: Data, warmup: int) -> None:
-        kernel, key, white = _kernel(layout, warmup), jax.random.key(0), _blank(layout)
-        start = kernel.start.trace(key, white, data)
-        state = start.out_info
-        advance = kernel.advance.trace(state, white, data, jnp.asarray(0))
-        self._lowered = Kernel(start.lower(), advance.lower())
-
-    @cached_property
-    def kernel(self) -> Kernel:
-        """The kernel, compiled."""
-        with jax.enable_x64(True):
-            return Kernel(*(one.compile() for one in self._lowered))
-
-
-_PREPARED: dict[Any, Preparation] = {}
-
-
-def prepare(layout: Layout, data: Data, warmup: int) -> Preparation:
-    """The preparation for data of this layout and these shapes, made once in a session."""
-    leaves, structure = jax.tree.flatten(data)
-    shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-    known = (layout, warmup, structure, shapes)
-    if known not in _PREPARED:
-        _PREPARED[known] = Preparation(layout, data, warmup)
-    return _PREPARED[known]
+    values = az.convert_to_datatree({"v": draws.vector}).posterior
+    rhat, ess = az.rhat(values)["v"], az.ess(values)["v"]
+    return bool(rhat.max() <= MAX_RHAT and ess.min() >= min_ess)
 
 
 def draw(
@@ -262,34 +62,50 @@ def draw(
     preparation: Preparation,
     layout: Layout,
     data: Data,
+    effort: Effort,
     *,
-    chains: int,
-    warmup: int,
-    draws: int,
     workers: int = 2,
-    report: Callable[[int], None] = lambda done: None,
+    report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Draws:
-    """`draws` per chain after `warmup`, each chain from its own dispersed start.
+    """Draws of several chains, each from its own dispersed start.
 
-    `preparation` is that of the layout, the data and the warm-up. `report` is told of every CHUNK
-    of iterations that a chain has done.
+    While it warms up, every chain adapts its leapfrog step; then all take the geometric mean of
+    these. Draws are made in rounds until the chains agree. `preparation` is that of the layout and
+    the data. `report(done, total)` is told of every CHUNK of iterations that a chain has done.
     """
-    white = whitening(jax.random.fold_in(key, chains), mode, layout, data)
-    start, advance = preparation.kernel
+    white = whitening(jax.random.fold_in(key, effort.chains), mode, layout, data)
+    kernel = preparation.kernel
+    done, total = 0, effort.chains * (effort.warmup + effort.draws)
 
-    def chain(index: int) -> list[np.ndarray]:
+    def advance(state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
+        nonlocal done
+        kept = []
         # Worker threads do not inherit the caller's precision.
         with jax.enable_x64(True):
-            state, kept, done = start(jax.random.fold_in(key, index), white, data), [], 0
-            while done < warmup + draws:
-                count = min(CHUNK, warmup + draws - done)
-                state, out = advance(state, white, data, jnp.asarray(count))
-                fresh = min(count, max(0, done + count - warmup))
-                kept.append([part[count - fresh : count] for part in jax.device_get(out)])
-                done += count
-                report(count)
-            return [np.concatenate(parts) for parts in zip(*kept, strict=True)]
+            while count:
+                size = min(CHUNK, count)
+                state, rows = kernel.advance(
+                    state, white, data, jnp.asarray(step), jnp.asarray(size)
+                )
+                kept.append(tuple(part[:size] for part in jax.device_get(rows)))
+                count, done = count - size, done + size
+                report(done, total)
+        return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
 
+    def warm_up(index: int) -> ChainState:
+        with jax.enable_x64(True):
+            state = kernel.start(jax.random.fold_in(key, index), white, data)
+        return advance(state, 0.0, effort.warmup)[0]
+
+    rounds: list[Draws] = []
     with ThreadPoolExecutor(workers) as pool:
-        results = list(pool.map(chain, range(chains)))
-    return Draws(*(np.stack(parts) for parts in zip(*results, strict=True)))
+        states = list(pool.map(warm_up, range(effort.chains)))
+        step = float(np.exp(np.mean([np.log(state.adapted_step) for state in states])))
+        while True:
+            results = pool.map(lambda state: advance(state, step, effort.draws), states)
+            states, drawn = zip(*results, strict=True)
+            rounds.append(Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True))))
+            draws = Draws(*(np.concatenate(parts, axis=1) for parts in zip(*rounds, strict=True)))
+            if len(rounds) == effort.rounds or agree(draws, effort.min_ess):
+                return draws
+            total += effort.chains * effort.draws
