@@ -11,27 +11,22 @@ from jaxtyping import Array, Bool, Float, Int
 from numpyro.infer.hmc import hmc
 from numpyro.infer.hmc_util import dual_averaging
 
-from muscle_bayes.inference.bend import Unbent, bent, unbent
+from muscle_bayes.inference.bend import unbent
+from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import (
-    Proposal,
-    adapt,
     disperse,
+    lasting_misfit,
     move_noise,
-    relative_scale,
 )
-from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.programs import potential_at, predictions_at
 from muscle_bayes.inference.walled_moves import (
-    Table,
-    WalledProposal,
     WalledState,
     move_walled,
-    tabulate,
 )
+from muscle_bayes.inference.whitening import Whitening, blank
 
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
@@ -39,49 +34,14 @@ TARGET_ACCEPTANCE = 0.8
 SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
 """A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
 directions in which it is not and lest trajectories return."""
-SMALL_MISFIT = 0.5
-"""Share of the misfit at the mode below which steps are shortened."""
+SMALL_MISFIT = 1.0
+"""Share of the typical misfit below which steps are shortened."""
 SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is small."""
-MOST_STEPS = 32
+MOST_STEPS = 512
 """Leapfrog steps after which a trajectory ends in any case."""
-NOISE_SPREAD = 0.7
-"""Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
-
-
-class Whitening(NamedTuple):
-    """bent[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
-
-    centre: Float[Array, " n"]
-    factor: Float[Array, "smooth smooth"]
-    walled: WalledProposal
-    noise: Proposal
-
-
-def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
-    """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
-    inner, outer, noise = blocks(layout)
-    centre = bent(mode.vector, layout, data)
-    turn = jax.jacfwd(lambda b: unbent(b, layout, data).vector)(centre)
-    information = np.asarray(turn.T @ mode.information @ turn)
-    covariance = np.linalg.inv(information[np.ix_(inner, inner)])
-    factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
-    stride = 2.4 / np.sqrt(np.diag(information)[outer])
-    spread = NOISE_SPREAD * np.ones(noise.size)
-    predicted = predictions_at(mode.vector, layout, data)
-    proposal = adapt(key, predicted, mode.vector, jnp.asarray(spread), layout, data)
-    table = tabulate(lambda v: potential_at(v, layout, data), mode.vector, layout, data)
-    walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(centre, jnp.asarray(factor), walled, proposal)
-
-
-def _blank(layout: Layout) -> Whitening:
-    """A whitening of the layout's shapes that holds nothing."""
-    inner, outer, noise = blocks(layout)
-    size = inner.size + outer.size + noise.size
-    walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
-    proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    return Whitening(jnp.zeros(size), jnp.eye(inner.size), walled, proposal)
+PACE = dual_averaging()
+"""Start and update of the adaptation of the leapfrog step."""
 
 
 class ChainState(NamedTuple):
@@ -113,6 +73,11 @@ class Transition(NamedTuple):
     log_density: Float[Array, ""]
 
 
+def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
+    """The chain at whitened coordinates `z`, to adapt its step anew."""
+    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), pace=PACE[0]())
+
+
 class Kernel(NamedTuple):
     """Start and advance of one chain."""
 
@@ -126,7 +91,8 @@ def _kernel(layout: Layout) -> Kernel:
     inner, outer, noise = blocks(layout)
 
     def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        return unbent(rest.at[inner].set(white.centre[inner] + white.factor @ z), layout, data)
+        bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
+        return unbent(bent, white.friction, layout, data)
 
     def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
         def energy(z: Array) -> Array:
@@ -136,7 +102,7 @@ def _kernel(layout: Layout) -> Kernel:
         return energy
 
     begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
-    begin_pace, adapt_pace = dual_averaging()
+    begin_pace, adapt_pace = PACE
 
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
@@ -180,9 +146,8 @@ def _kernel(layout: Layout) -> Kernel:
         energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
         gradient = direct + pull_back(through)[0]
         # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
-        scale = jnp.clip(
-            relative_scale(rest[noise], white.noise) / SMALL_MISFIT, SHORTEST_STEP, 1.0
-        )
+        misfit = jnp.exp(jnp.min(lasting_misfit(rest[noise]) - white.misfit))
+        scale = jnp.clip(misfit / SMALL_MISFIT, SHORTEST_STEP, 1.0)
         step = jnp.where(step > 0.0, step, jnp.exp(state.pace[0]))
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
@@ -246,7 +211,7 @@ class Preparation:
     """
 
     def __init__(self, layout: Layout, data: Data) -> None:
-        kernel, key, white = _kernel(layout), jax.random.key(0), _blank(layout)
+        kernel, key, white = _kernel(layout), jax.random.key(0), blank(layout)
         start = kernel.start.trace(key, white, data)
         state = start.out_info
         advance = kernel.advance.trace(state, white, data, jnp.asarray(0.0), jnp.asarray(0))

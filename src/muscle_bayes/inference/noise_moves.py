@@ -70,18 +70,14 @@ def _log_density(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, 
     return jnp.logaddexp(part(1.0 - WIDE_SHARE, 1.0), part(WIDE_SHARE, WIDE))
 
 
-def relative_scale(entries: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
-    """Size of lasting misfit over its size at the proposal's centre; the smallest of all regimes.
+def lasting_misfit(entries: Float[Array, " k"]) -> Float[Array, " regime"]:
+    """Log size of each regime's misfit that lasts, log(discrepancy sqrt(correlation_time)).
 
-    The square root of discrepancy^2 correlation_time, the misfit's power at low frequency: other
-    parameters are known the better the smaller it is.
+    Half the log of the misfit's power at low frequency. Other parameters are known the better the
+    smaller it is.
     """
-
-    def power(entries: Array) -> Array:
-        _, discrepancy, time = entries.reshape(-1, 3).T
-        return discrepancy + 0.5 * time
-
-    return jnp.exp(jnp.min(power(entries) - power(entries_of(proposal.centre))))
+    _, discrepancy, time = entries.reshape(-1, 3).T
+    return discrepancy + 0.5 * time
 
 
 def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> Float[Array, " n"]:

@@ -1,9 +1,9 @@
 """Draws from a posterior: chains that share what warm-up taught, sampled until they agree."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import arviz as az
 import jax
@@ -11,11 +11,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.kernel import CHUNK, ChainState, Preparation, whitening
+from muscle_bayes.inference.kernel import CHUNK, ChainState, Preparation, restart
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.whitening import rewhiten, whitening
 
 MAX_RHAT = 1.01
+STAGES = 3
+"""Of the warm-up."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +72,10 @@ def draw(
 ) -> Draws:
     """Draws of several chains, each from its own dispersed start.
 
-    While it warms up, every chain adapts its leapfrog step; then all take the geometric mean of
-    these. Draws are made in rounds until the chains agree. `preparation` is that of the layout and
-    the data. `report(done, total)` is told of every CHUNK of iterations that a chain has done.
+    Between the stages of the warm-up the whitening is rescaled by what all chains have seen. Each
+    adapts its leapfrog step; after warm-up all take the geometric mean of these. Draws are made in rounds until
+    the chains agree. `preparation` is that of the layout and the data.
+    `report(done, total)` is told of every CHUNK of iterations that a chain has done.
     """
     white = whitening(jax.random.fold_in(key, effort.chains), mode, layout, data)
     kernel = preparation.kernel
@@ -92,19 +96,29 @@ def draw(
                 report(done, total)
         return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
 
-    def warm_up(index: int) -> ChainState:
+    def begin(index: int) -> ChainState:
         with jax.enable_x64(True):
-            state = kernel.start(jax.random.fold_in(key, index), white, data)
-        return advance(state, 0.0, effort.warmup)[0]
+            return kernel.start(jax.random.fold_in(key, index), white, data)
+
+    def everywhere(states: Iterable[ChainState], step: float, count: int) -> Any:
+        """All chains' states after `count` iterations, and what they drew."""
+        results = pool.map(lambda state: advance(state, step, count), states)
+        after, drawn = zip(*results, strict=True)
+        return after, Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True)))
 
     rounds: list[Draws] = []
     with ThreadPoolExecutor(workers) as pool:
-        states = list(pool.map(warm_up, range(effort.chains)))
+        states: Iterable[ChainState] = pool.map(begin, range(effort.chains))
+        for stage in range(STAGES):
+            count = effort.warmup * (stage + 1) // STAGES - effort.warmup * stage // STAGES
+            states, early = everywhere(states, 0.0, count)
+            if stage < STAGES - 1:
+                white, last = rewhiten(white, early.vector[:, count // 2 :], layout, data)
+                states = [restart(state, z) for state, z in zip(states, last, strict=True)]
         step = float(np.exp(np.mean([np.log(state.adapted_step) for state in states])))
         while True:
-            results = pool.map(lambda state: advance(state, step, effort.draws), states)
-            states, drawn = zip(*results, strict=True)
-            rounds.append(Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True))))
+            states, drawn = everywhere(states, step, effort.draws)
+            rounds.append(drawn)
             draws = Draws(*(np.concatenate(parts, axis=1) for parts in zip(*rounds, strict=True)))
             if len(rounds) == effort.rounds or agree(draws, effort.min_ess):
                 return draws

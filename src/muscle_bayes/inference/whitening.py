@@ -1,0 +1,118 @@
+"""Coordinates in which the posterior, the walled and the noise entries given, is nearly standard normal."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.bend import bent, unbent
+from muscle_bayes.inference.bend_friction import (
+    FrictionScale,
+    place_of_friction,
+    scale_at_mode,
+    scale_of_draws,
+)
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.noise_moves import Proposal, adapt, entries_of, lasting_misfit
+from muscle_bayes.inference.optimise import Mode
+from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.programs import potential_at, predictions_at
+from muscle_bayes.inference.walled_moves import Table, WalledProposal, tabulate
+
+TRUST = 20.0
+"""Draws that the whitening at the mode counts for when it is rescaled."""
+NOISE_SPREAD = 0.7
+"""Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
+
+
+class Whitening(NamedTuple):
+    """bent[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
+
+    centre: Float[Array, " n"]
+    factor: Float[Array, "smooth smooth"]
+    friction: FrictionScale
+    """To which bent coordinates refer."""
+    walled: WalledProposal
+    noise: Proposal
+    misfit: Float[Array, " regime"]
+    """Typical `lasting_misfit`."""
+
+
+def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
+    """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
+    inner, outer, noise = blocks(layout)
+    smooth = np.ix_(inner, inner)
+
+    def energy_of(vector: Array) -> float:
+        return potential_at(vector, layout, data)
+
+    friction = scale_at_mode(energy_of, mode.vector, layout, data)
+    centre = bent(mode.vector, friction, layout, data)
+    turn = jax.jacfwd(lambda b: unbent(b, friction, layout, data).vector)(centre)
+    information = np.asarray(turn.T @ mode.information @ turn)
+    covariance = np.linalg.inv(information[smooth])
+    factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+    stride = 2.4 / np.sqrt(np.diag(information)[outer])
+    predicted = predictions_at(mode.vector, layout, data)
+    proposal = adapt(key, predicted, mode.vector, NOISE_SPREAD * jnp.ones(noise.size), layout, data)
+    misfit = lasting_misfit(entries_of(proposal.centre))
+    table = tabulate(energy_of, mode.vector, layout, data)
+    walled = WalledProposal(jnp.asarray(stride), table)
+    return Whitening(centre, jnp.asarray(factor), friction, walled, proposal, misfit)
+
+
+def blank(layout: Layout) -> Whitening:
+    """A whitening of the layout's shapes that holds nothing."""
+    inner, outer, noise = blocks(layout)
+    size = inner.size + outer.size + noise.size
+    walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
+    proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
+    friction = FrictionScale(jnp.ones(()), jnp.zeros(()))
+    misfit = jnp.zeros(noise.size // 3)
+    return Whitening(jnp.zeros(size), jnp.eye(inner.size), friction, walled, proposal, misfit)
+
+
+@partial(jax.jit, static_argnames="layout")
+def _bent_draws(
+    vectors: Array, scale: FrictionScale, layout: Layout, data: Data
+) -> Float[Array, "draw n"]:
+    return jax.vmap(lambda vector: bent(vector, scale, layout, data))(vectors)
+
+
+def rewhiten(
+    white: Whitening,
+    vectors: Float[np.ndarray, "chain draw n"],
+    layout: Layout,
+    data: Data,
+) -> tuple[Whitening, Float[np.ndarray, "chain smooth"]]:
+    """A whitening whose directions have unit variance over draws, and the last draws in it.
+
+    The Fisher information at the mode tells little where the data tell little.
+    """
+    inner, _, noise = blocks(layout)
+    pooled = vectors.reshape(-1, vectors.shape[-1])
+    place = place_of_friction(layout)
+    friction = scale_of_draws(jnp.asarray(pooled), layout, data)
+    before, after = (
+        np.asarray(_bent_draws(pooled, scale, layout, data)) for scale in (white.friction, friction)
+    )
+    stretch = np.ones(inner.size)
+    stretch[inner == place] = after[:, place].std() / before[:, place].std()
+    centre, factor = after.mean(axis=0), np.asarray(white.factor) * stretch[:, None]
+
+    def whitened(points: Array) -> np.ndarray:
+        return np.linalg.solve(factor, (points - centre)[:, inner].T).T
+
+    z = whitened(after)
+    scale = np.sqrt((len(z) * z.var(axis=0) + TRUST) / (len(z) + TRUST))
+    last = whitened(np.asarray(_bent_draws(vectors[:, -1], friction, layout, data))) / scale
+    fresh = white._replace(
+        centre=jnp.asarray(centre),
+        factor=jnp.asarray(factor * scale),
+        friction=friction,
+        misfit=jnp.median(jax.vmap(lasting_misfit)(pooled[:, noise]), axis=0),
+    )
+    return fresh, last
