@@ -87,7 +87,7 @@ def test_a_slack_spring_s_force_moves_with_the_muscle_s_length_held():
 @double_precision
 def test_a_table_is_the_conditional_density():
     priors = {name: dist.LogNormal(0.0, 1.0) for name in NAMES}
-    data = Data((), priors, jnp.ones(()), TENSION)
+    data = Data((), priors, jnp.ones(()), TENSION, jnp.ones(()))
     wall = 0.5
 
     def energy(vector):

@@ -11,8 +11,9 @@ from jaxtyping import Array, Bool, Float, Int
 from numpyro.infer.hmc import hmc
 from numpyro.infer.hmc_util import dual_averaging
 
-from muscle_bayes.inference.bend import unbent
+from muscle_bayes.inference.bend import unbent, unbent_smooth
 from muscle_bayes.inference.bend_hyst import Unbent
+from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
@@ -40,7 +41,7 @@ SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is small."""
 MOST_STEPS = 512
 """Leapfrog steps after which a trajectory ends in any case."""
-PACE = dual_averaging()
+ADAPTATION = dual_averaging()
 """Start and update of the adaptation of the leapfrog step."""
 
 
@@ -51,13 +52,13 @@ class ChainState(NamedTuple):
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
     key: Array
-    pace: Any
-    """Of the dual averaging that adapts the logarithm of the leapfrog step."""
+    adaptation: Any
+    """Of the logarithm of the leapfrog step, by dual averaging."""
 
     @property
     def adapted_step(self) -> float:
         """The step to which adaptation has come."""
-        return float(jnp.exp(self.pace[1]))
+        return float(jnp.exp(self.adaptation[1]))
 
 
 class Transition(NamedTuple):
@@ -75,7 +76,7 @@ class Transition(NamedTuple):
 
 def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
     """The chain at whitened coordinates `z`, to adapt its step anew."""
-    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), pace=PACE[0]())
+    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), adaptation=ADAPTATION[0]())
 
 
 class Kernel(NamedTuple):
@@ -90,9 +91,15 @@ def _kernel(layout: Layout) -> Kernel:
     """Kernel of a layout, not compiled; it serves every data set of the layout."""
     inner, outer, noise = blocks(layout)
 
+    # While the smooth entries move, the walled ones keep their distance from walls: `rest` is bent.
     def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
         bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
         return unbent(bent, white.friction, layout, data)
+
+    # While the walled entries move, the smooth ones stay: `rest` is not bent.
+    def point_with(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
+        bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
+        return unbent_smooth(bent, white.friction, layout, data)
 
     def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
         def energy(z: Array) -> Array:
@@ -102,12 +109,13 @@ def _kernel(layout: Layout) -> Kernel:
         return energy
 
     begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
-    begin_pace, adapt_pace = PACE
+    begin_adaptation, adapt = ADAPTATION
 
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_hmc, key_noise, key_rest = jax.random.split(key, 4)
-        rest = disperse(key_noise, white.centre, white.noise, layout)
+        middle = unbent(white.centre, white.friction, layout, data).vector
+        rest = disperse(key_noise, middle, white.noise, layout)
         hmc_state = begin(
             jax.random.normal(key_z, (inner.size,)),
             num_warmup=0,
@@ -122,13 +130,15 @@ def _kernel(layout: Layout) -> Kernel:
         hmc_state = hmc_state._replace(
             potential_energy=none, energy=none, z_grad=jnp.zeros(inner.size)
         )
-        return ChainState(hmc_state, rest, key_rest, begin_pace())
+        return ChainState(hmc_state, rest, key_rest, begin_adaptation())
 
     def iterate(
         state: ChainState, white: Whitening, data: Data, step: Array
     ) -> tuple[ChainState, Transition]:
         key, key_noise, key_length, key_walled = jax.random.split(state.key, 4)
-        hmc_state, rest = state.hmc, state.rest
+        hmc_state = state.hmc
+        vector, _ = point_with(hmc_state.z, white, data, state.rest)
+        rest = state.rest.at[outer].set(bent_walls(vector, layout, data)[outer])
 
         # One simulation with its derivatives serves the noise's move and the start of a trajectory.
         def simulate(z: Array) -> list[LanePrediction]:
@@ -136,8 +146,8 @@ def _kernel(layout: Layout) -> Kernel:
             return predictions(constrain(vector, layout, data), layout, data)
 
         predicted, pull_back = jax.vjp(simulate, hmc_state.z)
-        vector, _ = point_of(hmc_state.z, white, data, rest)
-        rest = move_noise(key_noise, predicted, vector, white.noise, layout, data)
+        drawn = move_noise(key_noise, predicted, vector, white.noise, layout, data)
+        rest = rest.at[noise].set(drawn[noise])
 
         def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
             vector, log_volume = point_of(z, white, data, rest)
@@ -148,7 +158,7 @@ def _kernel(layout: Layout) -> Kernel:
         # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
         misfit = jnp.exp(jnp.min(lasting_misfit(rest[noise]) - white.misfit))
         scale = jnp.clip(misfit / SMALL_MISFIT, SHORTEST_STEP, 1.0)
-        step = jnp.where(step > 0.0, step, jnp.exp(state.pace[0]))
+        step = jnp.where(step > 0.0, step, jnp.exp(state.adaptation[0]))
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
         most = MOST_STEPS * scale * step
@@ -159,29 +169,33 @@ def _kernel(layout: Layout) -> Kernel:
             adapt_state=hmc_state.adapt_state._replace(step_size=scale * step),
         )
         hmc_state = sample(hmc_state, model_args=(white, data, rest))
-        pace = adapt_pace(TARGET_ACCEPTANCE - hmc_state.accept_prob, state.pace)
-        energy = hmc_state.potential_energy
+        adaptation = adapt(TARGET_ACCEPTANCE - hmc_state.accept_prob, state.adaptation)
+        vector, log_volume = point_of(hmc_state.z, white, data, rest)
+        log_density = -hmc_state.potential_energy - log_volume
+        rest = rest.at[outer].set(vector[outer])
         if outer.size:
 
             def energy_at(z: Array, rest: Array) -> Array:
-                return density_of(white, data, rest)(z)
+                vector, log_volume = point_with(z, white, data, rest)
+                return potential(vector, layout, data) - log_volume
 
+            energy = -log_density - point_with(hmc_state.z, white, data, rest).log_volume
             begun = WalledState(hmc_state.z, rest, energy)
             moved = move_walled(
                 key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
             )
             hmc_state, rest = hmc_state._replace(z=moved.z), moved.vector
-            energy = moved.energy
-        vector, log_volume = point_of(hmc_state.z, white, data, rest)
+            vector, log_volume = point_with(hmc_state.z, white, data, rest)
+            log_density = -moved.energy - log_volume
         kept = Transition(
             vector,
             hmc_state.diverging,
             hmc_state.num_steps,
             hmc_state.accept_prob,
             hmc_state.energy,
-            -energy - log_volume,
+            log_density,
         )
-        return ChainState(hmc_state, rest, key, pace), kept
+        return ChainState(hmc_state, rest, key, adaptation), kept
 
     @jax.jit
     def advance(

@@ -65,6 +65,8 @@ class Data(NamedTuple):
     """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
     tension: Float[Array, ""]
     """Typical tension, to which `taut_strain` refers, N."""
+    lever: Float[Array, ""]
+    """Generalised force per unit of tension."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,8 @@ def pose(
     layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
     priors = {name: site.prior for name, site in sites.items()}
     base_length = np.asarray(lengths[0] if lengths else 1.0)
-    arrays = Data(tuple(lanes), priors, base_length, np.asarray(size.tension))
+    lever = np.asarray(size.force / size.tension)
+    arrays = Data(tuple(lanes), priors, base_length, np.asarray(size.tension), lever)
     data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs

@@ -1,9 +1,9 @@
 """Draws from a posterior: chains that share what warm-up taught, sampled until they agree."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import arviz as az
 import jax
@@ -11,14 +11,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.kernel import CHUNK, ChainState, Preparation, restart
+from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, Preparation, restart
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.whitening import rewhiten, whitening
+from muscle_bayes.inference.whitening import Whitening, rewhiten, whitening
 
 MAX_RHAT = 1.01
 STAGES = 3
 """Of the warm-up."""
+ADAPTING = 0.0
+"""Stands for the leapfrog step that every chain adapts for itself."""
+SHORTER = 1.0, 0.5, 0.25
+"""Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,58 @@ def agree(draws: Draws, min_ess: int) -> bool:
     return bool(rhat.max() <= MAX_RHAT and ess.min() >= min_ess)
 
 
+class _Chains:
+    """Chains that advance side by side."""
+
+    def __init__(
+        self,
+        keys: Sequence[Array],
+        white: Whitening,
+        kernel: Kernel,
+        data: Data,
+        pool: ThreadPoolExecutor,
+        report: Callable[[int], None],
+    ) -> None:
+        self._white, self._kernel, self._data = white, kernel, data
+        self._pool, self._report = pool, report
+        self._states = list(pool.map(self._begin, keys))
+
+    def _begin(self, key: Array) -> ChainState:
+        # Worker threads do not inherit the caller's precision.
+        with jax.enable_x64(True):
+            return self._kernel.start(key, self._white, self._data)
+
+    def _advance(self, state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
+        kept = []
+        with jax.enable_x64(True):
+            while count:
+                size = min(CHUNK, count)
+                state, rows = self._kernel.advance(
+                    state, self._white, self._data, jnp.asarray(step), jnp.asarray(size)
+                )
+                kept.append(tuple(part[:size] for part in jax.device_get(rows)))
+                count -= size
+                self._report(size)
+        return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+
+    def advance(self, step: float, count: int) -> Draws:
+        """What every chain draws in `count` iterations."""
+        results = self._pool.map(lambda state: self._advance(state, step, count), self._states)
+        states, drawn = zip(*results, strict=True)
+        self._states = list(states)
+        return Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True)))
+
+    def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
+        """Whiten by what the chains have drawn up to now."""
+        self._white, last = rewhiten(self._white, vectors, layout, self._data)
+        self._states = [restart(state, z) for state, z in zip(self._states, last, strict=True)]
+
+    @property
+    def adapted_step(self) -> float:
+        """The geometric mean of the steps to which the chains have adapted."""
+        return float(np.exp(np.mean([np.log(state.adapted_step) for state in self._states])))
+
+
 def draw(
     key: Array,
     mode: Mode,
@@ -72,54 +128,39 @@ def draw(
 ) -> Draws:
     """Draws of several chains, each from its own dispersed start.
 
-    Between the stages of the warm-up the whitening is rescaled by what all chains have seen. Each
-    adapts its leapfrog step; after warm-up all take the geometric mean of these. Draws are made in rounds until
-    the chains agree. `preparation` is that of the layout and the data.
-    `report(done, total)` is told of every CHUNK of iterations that a chain has done.
+    Between the stages of warm-up the whitening is renewed by what all chains have seen. Each adapts
+    its leapfrog step; after warm-up all take the geometric mean of these. Draws are made in rounds
+    until the chains agree. Should transitions diverge, the draws are dropped and made again with
+    shorter steps; those of the shortest are returned as they are. `preparation` is that of the layout
+    and the data. `report(done, total)` is told of every CHUNK of iterations that a chain has done.
     """
     white = whitening(jax.random.fold_in(key, effort.chains), mode, layout, data)
-    kernel = preparation.kernel
-    done, total = 0, effort.chains * (effort.warmup + effort.draws)
+    stage = effort.warmup // STAGES
+    done, total = 0, effort.chains * (STAGES * stage + effort.draws)
 
-    def advance(state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
+    def advanced(count: int) -> None:
         nonlocal done
-        kept = []
-        # Worker threads do not inherit the caller's precision.
-        with jax.enable_x64(True):
-            while count:
-                size = min(CHUNK, count)
-                state, rows = kernel.advance(
-                    state, white, data, jnp.asarray(step), jnp.asarray(size)
-                )
-                kept.append(tuple(part[:size] for part in jax.device_get(rows)))
-                count, done = count - size, done + size
-                report(done, total)
-        return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+        done += count
+        report(done, total)
 
-    def begin(index: int) -> ChainState:
-        with jax.enable_x64(True):
-            return kernel.start(jax.random.fold_in(key, index), white, data)
-
-    def everywhere(states: Iterable[ChainState], step: float, count: int) -> Any:
-        """All chains' states after `count` iterations, and what they drew."""
-        results = pool.map(lambda state: advance(state, step, count), states)
-        after, drawn = zip(*results, strict=True)
-        return after, Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True)))
-
-    rounds: list[Draws] = []
     with ThreadPoolExecutor(workers) as pool:
-        states: Iterable[ChainState] = pool.map(begin, range(effort.chains))
-        for stage in range(STAGES):
-            count = effort.warmup * (stage + 1) // STAGES - effort.warmup * stage // STAGES
-            states, early = everywhere(states, 0.0, count)
-            if stage < STAGES - 1:
-                white, last = rewhiten(white, early.vector[:, count // 2 :], layout, data)
-                states = [restart(state, z) for state, z in zip(states, last, strict=True)]
-        step = float(np.exp(np.mean([np.log(state.adapted_step) for state in states])))
-        while True:
-            states, drawn = everywhere(states, step, effort.draws)
-            rounds.append(drawn)
-            draws = Draws(*(np.concatenate(parts, axis=1) for parts in zip(*rounds, strict=True)))
-            if len(rounds) == effort.rounds or agree(draws, effort.min_ess):
-                return draws
-            total += effort.chains * effort.draws
+        keys = [jax.random.fold_in(key, index) for index in range(effort.chains)]
+        chains = _Chains(keys, white, preparation.kernel, data, pool, advanced)
+        for _ in range(STAGES - 1):
+            early = chains.advance(ADAPTING, stage)
+            chains.rewhiten(early.vector[:, stage // 2 :], layout)
+        for share in SHORTER:
+            chains.advance(ADAPTING, stage)
+            step, rounds = share * chains.adapted_step, []
+            while True:
+                rounds.append(chains.advance(step, effort.draws))
+                draws = Draws(*(np.concatenate(p, axis=1) for p in zip(*rounds, strict=True)))
+                diverged = draws.diverging.any() and share != SHORTER[-1]
+                if diverged or len(rounds) == effort.rounds or agree(draws, effort.min_ess):
+                    break
+                total += effort.chains * effort.draws
+            if not diverged:
+                break
+            total += effort.chains * (stage + effort.draws)
+            chains.rewhiten(draws.vector, layout)
+    return draws

@@ -88,7 +88,7 @@ def rewhiten(
     layout: Layout,
     data: Data,
 ) -> tuple[Whitening, Float[np.ndarray, "chain smooth"]]:
-    """A whitening whose directions have unit variance over draws, and the last draws in it.
+    """A whitening by the covariance of draws as well, and the last draws in it.
 
     The Fisher information at the mode tells little where the data tell little.
     """
@@ -103,15 +103,19 @@ def rewhiten(
     stretch[inner == place] = after[:, place].std() / before[:, place].std()
     centre, factor = after.mean(axis=0), np.asarray(white.factor) * stretch[:, None]
 
-    def whitened(points: Array) -> np.ndarray:
+    def whitened(points: np.ndarray) -> np.ndarray:
         return np.linalg.solve(factor, (points - centre)[:, inner].T).T
 
+    # Variances are told by few draws, correlations by many.
     z = whitened(after)
     scale = np.sqrt((len(z) * z.var(axis=0) + TRUST) / (len(z) + TRUST))
-    last = whitened(np.asarray(_bent_draws(vectors[:, -1], friction, layout, data))) / scale
+    trust = TRUST * inner.size
+    covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
+    factor = factor * scale @ np.linalg.cholesky(covariance)
+    last = whitened(np.asarray(_bent_draws(vectors[:, -1], friction, layout, data)))
     fresh = white._replace(
         centre=jnp.asarray(centre),
-        factor=jnp.asarray(factor * scale),
+        factor=jnp.asarray(factor),
         friction=friction,
         misfit=jnp.median(jax.vmap(lasting_misfit)(pooled[:, noise]), axis=0),
     )
