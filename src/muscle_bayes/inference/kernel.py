@@ -94,12 +94,12 @@ def _kernel(layout: Layout) -> Kernel:
     # While the smooth entries move, the walled ones keep their distance from walls: `rest` is bent.
     def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
         bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-        return unbent(bent, white.friction, layout, data)
+        return unbent(bent, white.bend, layout, data)
 
     # While the walled entries move, the smooth ones stay: `rest` is not bent.
     def point_with(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
         bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-        return unbent_smooth(bent, white.friction, layout, data)
+        return unbent_smooth(bent, white.bend, layout, data)
 
     def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
         def energy(z: Array) -> Array:
@@ -114,7 +114,7 @@ def _kernel(layout: Layout) -> Kernel:
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_hmc, key_noise, key_rest = jax.random.split(key, 4)
-        middle = unbent(white.centre, white.friction, layout, data).vector
+        middle = unbent(white.centre, white.bend, layout, data).vector
         rest = disperse(key_noise, middle, white.noise, layout)
         hmc_state = begin(
             jax.random.normal(key_z, (inner.size,)),

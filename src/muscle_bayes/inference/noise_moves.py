@@ -19,7 +19,7 @@ WIDENING = 1.3
 WIDE, WIDE_SHARE = 4.0, 0.2
 """Scale and share of the proposal's wide part, for tails that the adaptation has not seen."""
 ADAPTATION_ROUNDS, ADAPTATION_DRAWS = 6, 256
-CANDIDATES = 32
+CANDIDATES = 64
 """Proposals per move."""
 
 
@@ -68,6 +68,19 @@ def _log_density(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, 
         return jnp.log(share) - size * jnp.log(scale) - 0.5 * (FREEDOM + size) * tail
 
     return jnp.logaddexp(part(1.0 - WIDE_SHARE, 1.0), part(WIDE_SHARE, WIDE))
+
+
+def refit(proposal: Proposal, draws: Float[Array, "draw k"], trust: float) -> Proposal:
+    """The proposal moved and widened to draws of the noise entries.
+
+    `trust` is the number of draws that the proposal counts for.
+    """
+    points = jax.vmap(shape_of)(draws)
+    share = len(points) / (len(points) + trust)
+    centre = proposal.centre + share * (jnp.mean(points, axis=0) - proposal.centre)
+    covariance = WIDENING**2 * jnp.atleast_2d(jnp.cov(points.T))
+    covariance = share * covariance + (1.0 - share) * proposal.factor @ proposal.factor.T
+    return Proposal(centre, jnp.linalg.cholesky(covariance))
 
 
 def lasting_misfit(entries: Float[Array, " k"]) -> Float[Array, " regime"]:

@@ -21,7 +21,7 @@ STAGES = 3
 """Of the warm-up."""
 ADAPTING = 0.0
 """Stands for the leapfrog step that every chain adapts for itself."""
-SHORTER = 1.0, 0.5, 0.25
+SHORTER = 1.0, 0.5, 0.25, 0.125
 """Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
 
 

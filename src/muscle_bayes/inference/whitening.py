@@ -8,15 +8,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import bent, unbent
+from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import (
     FrictionScale,
-    place_of_friction,
     scale_at_mode,
     scale_of_draws,
 )
+from muscle_bayes.inference.bend_stiffness import stays_open
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.noise_moves import Proposal, adapt, entries_of, lasting_misfit
+from muscle_bayes.inference.noise_moves import Proposal, adapt, entries_of, lasting_misfit, refit
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import potential_at, predictions_at
@@ -33,8 +33,8 @@ class Whitening(NamedTuple):
 
     centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
-    friction: FrictionScale
-    """To which bent coordinates refer."""
+    bend: Bend
+    """What fixes bent coordinates."""
     walled: WalledProposal
     noise: Proposal
     misfit: Float[Array, " regime"]
@@ -50,8 +50,9 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
         return potential_at(vector, layout, data)
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
-    centre = bent(mode.vector, friction, layout, data)
-    turn = jax.jacfwd(lambda b: unbent(b, friction, layout, data).vector)(centre)
+    bend = Bend(friction, stays_open(mode.vector[None], layout, data))
+    centre = bent(mode.vector, bend, layout, data)
+    turn = jax.jacfwd(lambda b: unbent(b, bend, layout, data).vector)(centre)
     information = np.asarray(turn.T @ mode.information @ turn)
     covariance = np.linalg.inv(information[smooth])
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
@@ -61,7 +62,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     misfit = lasting_misfit(entries_of(proposal.centre))
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(centre, jnp.asarray(factor), friction, walled, proposal, misfit)
+    return Whitening(centre, jnp.asarray(factor), bend, walled, proposal, misfit)
 
 
 def blank(layout: Layout) -> Whitening:
@@ -70,16 +71,14 @@ def blank(layout: Layout) -> Whitening:
     size = inner.size + outer.size + noise.size
     walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
     proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    friction = FrictionScale(jnp.ones(()), jnp.zeros(()))
+    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()))
     misfit = jnp.zeros(noise.size // 3)
-    return Whitening(jnp.zeros(size), jnp.eye(inner.size), friction, walled, proposal, misfit)
+    return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
 
 
 @partial(jax.jit, static_argnames="layout")
-def _bent_draws(
-    vectors: Array, scale: FrictionScale, layout: Layout, data: Data
-) -> Float[Array, "draw n"]:
-    return jax.vmap(lambda vector: bent(vector, scale, layout, data))(vectors)
+def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "draw n"]:
+    return jax.vmap(lambda vector: bent(vector, bend, layout, data))(vectors)
 
 
 def rewhiten(
@@ -94,17 +93,17 @@ def rewhiten(
     """
     inner, _, noise = blocks(layout)
     pooled = vectors.reshape(-1, vectors.shape[-1])
-    place = place_of_friction(layout)
-    friction = scale_of_draws(jnp.asarray(pooled), layout, data)
+    draws = jnp.asarray(pooled)
+    bend = Bend(scale_of_draws(draws, layout, data), stays_open(draws, layout, data))
     before, after = (
-        np.asarray(_bent_draws(pooled, scale, layout, data)) for scale in (white.friction, friction)
+        np.asarray(_bent_draws(pooled, one, layout, data))[:, inner] for one in (white.bend, bend)
     )
-    stretch = np.ones(inner.size)
-    stretch[inner == place] = after[:, place].std() / before[:, place].std()
+    # Rows whose coordinate has changed.
+    stretch = after.std(axis=0) / before.std(axis=0)
     centre, factor = after.mean(axis=0), np.asarray(white.factor) * stretch[:, None]
 
     def whitened(points: np.ndarray) -> np.ndarray:
-        return np.linalg.solve(factor, (points - centre)[:, inner].T).T
+        return np.linalg.solve(factor, (points - centre).T).T
 
     # Variances are told by few draws, correlations by many.
     z = whitened(after)
@@ -112,11 +111,12 @@ def rewhiten(
     trust = TRUST * inner.size
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
     factor = factor * scale @ np.linalg.cholesky(covariance)
-    last = whitened(np.asarray(_bent_draws(vectors[:, -1], friction, layout, data)))
+    last = whitened(np.asarray(_bent_draws(vectors[:, -1], bend, layout, data))[:, inner])
     fresh = white._replace(
-        centre=jnp.asarray(centre),
+        centre=white.centre.at[inner].set(centre),
         factor=jnp.asarray(factor),
-        friction=friction,
+        bend=bend,
+        noise=refit(white.noise, jnp.asarray(pooled[:, noise]), trust),
         misfit=jnp.median(jax.vmap(lasting_misfit)(pooled[:, noise]), axis=0),
     )
     return fresh, last
