@@ -6,13 +6,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import STRETCH, Unbent, starts
+from muscle_bayes.inference.bisection import increasing_root
 from muscle_bayes.inference.problem import Data, Layout
 
 STIFFNESS = "stiffness_hyst"
 PASSAGE = 5.0
 """Where on the coordinate HYST shuts in a first row."""
 LEAST_LOG_SHARE = -30.0
-BISECTIONS = 50
 
 
 def _log_share(vector: Array, layout: Layout, data: Data) -> Float[Array, ""]:
@@ -65,12 +65,7 @@ def bent_stiffness(
         return vector
     place, log_share = at[STIFFNESS], _log_share(vector, layout, data)
     risen = vector[place] + log_share
-    # f lies within log 2 of its asymptotes' lower envelope, and below y and y - 5 elsewhere.
+    # f(y) is at most y and at least y - 5 beyond 0.
     low, high = risen - np.log(4.0), jnp.maximum(risen, 0.0) + PASSAGE + 1.0
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        short = _rise(middle) < risen
-        low, high = jnp.where(short, middle, low), jnp.where(short, high, middle)
-    return vector.at[place].set(
-        jnp.where(opened > 0.0, 0.5 * (low + high) - log_share, vector[place])
-    )
+    x = increasing_root(_rise, risen, low, high) - log_share
+    return vector.at[place].set(jnp.where(opened > 0.0, x, vector[place]))

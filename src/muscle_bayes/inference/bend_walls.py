@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import STRETCH, Unbent, starts
+from muscle_bayes.inference.bisection import increasing_root
 from muscle_bayes.inference.blocks import WALLED
 from muscle_bayes.inference.problem import Data, Layout
 
@@ -12,7 +13,6 @@ NARROW = 1e-3
 """Width, relative to the tension, of the passage between the walls on either side of it."""
 LEAST_SHARE = 1e-3
 """Least share of the tension that a wall falls to."""
-BISECTIONS = 50
 
 
 def _log_lift(vector: Array, layout: Layout, data: Data) -> Float[Array, ""]:
@@ -59,10 +59,8 @@ def bent_walls(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[
     if MODULUS not in at:
         return vector
     lift, above = _log_lift(vector, layout, data), vector[at[MODULUS]] - jnp.log(data.tension)
-    low, high = above - lift, above + lift
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        short = middle + lift * jnp.tanh(middle / NARROW) < above
-        low, high = jnp.where(short, middle, low), jnp.where(short, high, middle)
-    bent = vector.at[at[MODULUS]].set(0.5 * (low + high))
+    u = increasing_root(
+        lambda u: u + lift * jnp.tanh(u / NARROW), above, above - lift, above + lift
+    )
+    bent = vector.at[at[MODULUS]].set(u)
     return bent.at[at[HYST]].add(-_log_first(vector, layout, data))

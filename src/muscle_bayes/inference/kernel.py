@@ -39,7 +39,7 @@ SMALL_MISFIT = 1.0
 """Share of the typical misfit below which steps are shortened."""
 SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is small."""
-MOST_STEPS = 512
+MOST_STEPS = 128
 """Leapfrog steps after which a trajectory ends in any case."""
 ADAPTATION = dual_averaging()
 """Start and update of the adaptation of the leapfrog step."""
@@ -75,8 +75,11 @@ class Transition(NamedTuple):
 
 
 def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
-    """The chain at whitened coordinates `z`, to adapt its step anew."""
-    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), adaptation=ADAPTATION[0]())
+    """The chain at whitened coordinates `z`, to adapt its step anew from where adaptation has come."""
+    log_step = state.adaptation[1]
+    start, _, slope, count, _ = ADAPTATION[0](log_step)
+    adaptation = (start + log_step, log_step, slope, count, log_step)
+    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), adaptation=adaptation)
 
 
 class Kernel(NamedTuple):

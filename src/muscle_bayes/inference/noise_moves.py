@@ -19,7 +19,7 @@ WIDENING = 1.3
 WIDE, WIDE_SHARE = 4.0, 0.2
 """Scale and share of the proposal's wide part, for tails that the adaptation has not seen."""
 ADAPTATION_ROUNDS, ADAPTATION_DRAWS = 6, 256
-CANDIDATES = 64
+CANDIDATES = 32
 """Proposals per move."""
 
 

@@ -41,6 +41,17 @@ class Whitening(NamedTuple):
     """Typical `lasting_misfit`."""
 
 
+@partial(jax.jit, static_argnames="layout")
+def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "draw n"]:
+    return jax.vmap(lambda vector: bent(vector, bend, layout, data))(vectors)
+
+
+@partial(jax.jit, static_argnames="layout")
+def _turn(centre: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "n n"]:
+    """Derivative of the unconstrained vector in bent coordinates."""
+    return jax.jacfwd(lambda point: unbent(point, bend, layout, data).vector)(centre)
+
+
 def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
     inner, outer, noise = blocks(layout)
@@ -51,8 +62,8 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
     bend = Bend(friction, stays_open(mode.vector[None], layout, data))
-    centre = bent(mode.vector, bend, layout, data)
-    turn = jax.jacfwd(lambda b: unbent(b, bend, layout, data).vector)(centre)
+    centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
+    turn = _turn(centre, bend, layout, data)
     information = np.asarray(turn.T @ mode.information @ turn)
     covariance = np.linalg.inv(information[smooth])
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
@@ -74,11 +85,6 @@ def blank(layout: Layout) -> Whitening:
     bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()))
     misfit = jnp.zeros(noise.size // 3)
     return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
-
-
-@partial(jax.jit, static_argnames="layout")
-def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "draw n"]:
-    return jax.vmap(lambda vector: bent(vector, bend, layout, data))(vectors)
 
 
 def rewhiten(
