@@ -10,10 +10,18 @@ import pytest
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import FrictionScale
+from muscle_bayes.inference.bend_hyst import starts
+from muscle_bayes.inference.bend_stiffness import bent_stiffness, stays_open
+from muscle_bayes.inference.bend_walls import bent_walls, unbent_walls
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.problem import Problem, pose
 
-BEND = Bend(FrictionScale(np.float64(3e-3), np.float64(1.0)), np.float64(1.0))
+
+def bend_of(error: float, creep: float, opened: float) -> Bend:
+    return Bend(FrictionScale(np.float64(error), np.float64(creep)), np.float64(opened))
+
+
+BEND = bend_of(3e-3, 1.0, 1.0)
 DATA = Path(__file__).parents[2] / "data"
 
 
@@ -34,13 +42,14 @@ def draw(problem: Problem, seed: int):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_bending_is_undone_and_its_volume_is_that_of_the_jacobian(staircases, seed):
+@pytest.mark.parametrize("bend", [BEND, bend_of(1e-5, 0.0, 0.0), bend_of(10.0, 1.0, 0.0)])
+def test_bending_is_undone_and_its_volume_is_that_of_the_jacobian(staircases, seed, bend):
     layout, data = staircases.layout, staircases.data
     vector = draw(staircases, seed)
-    there = bent(vector, BEND, layout, data)
-    back = unbent(there, BEND, layout, data)
+    there = bent(vector, bend, layout, data)
+    back = unbent(there, bend, layout, data)
     np.testing.assert_allclose(back.vector, vector, rtol=1e-9, atol=1e-9)
-    jacobian = jax.jacfwd(lambda b: unbent(b, BEND, layout, data).vector)(there)
+    jacobian = jax.jacfwd(lambda b: unbent(b, bend, layout, data).vector)(there)
     sign, log_volume = np.linalg.slogdet(jacobian)
     assert sign == 1.0
     np.testing.assert_allclose(back.log_volume, log_volume, rtol=1e-9, atol=1e-9)
@@ -65,3 +74,49 @@ def test_the_ridge_of_a_slow_hyst_is_straight(staircases):
     # Much slower than the record, creep goes as stretch / time constant.
     np.testing.assert_allclose(seen[1][1] / seen[0][1], np.exp(1.0), rtol=0.01)
     assert jnp.isfinite(seen[1][1]).all()
+
+
+def test_friction_is_linear_where_it_shows_and_logarithmic_below(staircases):
+    layout, data = staircases.layout, staircases.data
+    there = bent(draw(staircases, 1), BEND, layout, data)
+    at = starts(layout)["D"]
+
+    def friction(x):
+        return np.exp(unbent(there.at[at].set(x), BEND, layout, data).vector[at])
+
+    np.testing.assert_allclose(friction(40.0) / friction(20.0), 2.0, rtol=1e-6)
+    np.testing.assert_allclose(friction(-40.0) / friction(-41.0), np.e, rtol=1e-6)
+
+
+def test_walls_stand_still_while_friction_and_first_strain_move(staircases):
+    """F_modulus_min stays as far above tension + D / lever as it was; F_hyst_min a share of its wall."""
+    layout, data = staircases.layout, staircases.data
+    at = starts(layout)
+    tension, lever = float(data.tension), float(data.lever)
+    first = slice(at["slow.hyst_stretch"], at["slow.hyst_stretch"] + 3)
+    vector = draw(staircases, 2).at[at["F_modulus_min"]].set(np.log(1.2 * tension))
+    vector = vector.at[at["stiffness_hyst"]].set(np.log(5.0 * tension))
+    vector = vector.at[at["D"]].set(np.log(1e-3)).at[first].set(jnp.array([-0.02, 0.1, 0.0]))
+    still = bent_walls(vector, layout, data)
+    moved = still.at[at["D"]].set(np.log(5e-2)).at[first].set(jnp.array([-0.08, 0.1, 0.0]))
+    after = unbent_walls(moved, layout, data).vector
+    lift = [np.log1p(d / (tension * lever)) for d in (1e-3, 5e-2)]
+    rise = after[at["F_modulus_min"]] - vector[at["F_modulus_min"]]
+    np.testing.assert_allclose(rise, lift[1] - lift[0], rtol=1e-9)
+    fall = np.exp(after[at["F_hyst_min"]] - vector[at["F_hyst_min"]])
+    np.testing.assert_allclose(fall, (1.0 - 5.0 * 0.08) / (1.0 - 5.0 * 0.02), rtol=1e-9)
+
+
+def test_stiffness_keeps_below_the_cliff_at_which_hyst_is_shut_from_the_start(staircases):
+    layout, data = staircases.layout, staircases.data
+    at = starts(layout)
+    first = slice(at["slow.hyst_stretch"], at["slow.hyst_stretch"] + 3)
+    vector = draw(staircases, 3).at[first].set(jnp.array([-0.05, -0.01, 0.02]))
+    cliff = np.log(data.tension / 0.05)
+    opened = jnp.ones(())
+    known = [vector.at[at["stiffness_hyst"]].set(cliff + x) for x in (-12.0, -0.5, -1e-3, 0.4)]
+    x = [float(bent_stiffness(v, opened, layout, data)[at["stiffness_hyst"]]) for v in known]
+    assert np.all(np.diff(x) > 0.5)
+    np.testing.assert_allclose(x[0], cliff - 12.0, atol=1e-4)
+    assert float(stays_open(jnp.stack(known[:3]), layout, data)) == 1.0
+    assert float(stays_open(jnp.stack(known), layout, data)) == 0.0
