@@ -21,15 +21,17 @@ DATA = Path(__file__).parents[2] / "data"
 
 
 def test_the_misfit_that_lasts_is_its_power_at_low_frequency():
-    """The integral of discrepancy^2 exp(-|lag| / time) is 2 discrepancy^2 time."""
-    discrepancy, time = np.array([0.3, 2.0]), np.array([20.0, 0.1])
-    entries = jnp.log(jnp.stack([jnp.array([1.0, 5.0]), discrepancy, time], 1)).ravel()
+    """The integral of the covariance: discrepancy^2 exp(-|lag| / time), and noise^2 over one spacing."""
+    noise, discrepancy, time = np.array([1.0, 5.0]), np.array([0.3, 2.0]), np.array([20.0, 0.1])
+    spacing = np.array([0.5, 0.03])
+    entries = jnp.log(jnp.stack([noise, discrepancy, time], 1)).ravel()
     lag = np.linspace(0.0, 40.0, 400_001)
     power = [
-        2.0 * np.trapezoid(d**2 * np.exp(-lag * t / t), lag * t)
-        for d, t in zip(discrepancy, time, strict=True)
+        2.0 * np.trapezoid(d**2 * np.exp(-lag), lag * t) + n**2 * every
+        for n, d, t, every in zip(noise, discrepancy, time, spacing, strict=True)
     ]
-    np.testing.assert_allclose(2.0 * np.exp(2.0 * lasting_misfit(entries)), power, rtol=1e-6)
+    found = 2.0 * np.exp(2.0 * lasting_misfit(entries, spacing))
+    np.testing.assert_allclose(found, power, rtol=1e-5)
 
 
 @double_precision

@@ -21,6 +21,7 @@ from muscle_bayes.inference.noise_moves import (
     disperse,
     lasting_misfit,
     move_noise,
+    reading_spacing,
 )
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.walled_moves import (
@@ -41,8 +42,11 @@ SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is small."""
 MOST_STEPS = 128
 """Leapfrog steps after which a trajectory ends in any case."""
-ADAPTATION = dual_averaging()
-"""Start and update of the adaptation of the leapfrog step."""
+ADAPTED_STEPS = 0.1, 2.0
+"""Range of adapted steps. A start on the far side of a jump of the density rejects steps of any length."""
+ADAPTATION = dual_averaging(gamma=0.2)
+"""Start and update of the adaptation of the leapfrog step: gentle, for a few rejections at the start must
+not make steps tiny."""
 
 
 class ChainState(NamedTuple):
@@ -58,7 +62,7 @@ class ChainState(NamedTuple):
     @property
     def adapted_step(self) -> float:
         """The step to which adaptation has come."""
-        return float(jnp.exp(self.adaptation[1]))
+        return float(jnp.clip(jnp.exp(self.adaptation[1]), *ADAPTED_STEPS))
 
 
 class Transition(NamedTuple):
@@ -159,9 +163,11 @@ def _kernel(layout: Layout) -> Kernel:
         energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
         gradient = direct + pull_back(through)[0]
         # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
-        misfit = jnp.exp(jnp.min(lasting_misfit(rest[noise]) - white.misfit))
+        lasting = lasting_misfit(rest[noise], reading_spacing(layout, data))
+        misfit = jnp.exp(jnp.min(lasting - white.misfit))
         scale = jnp.clip(misfit / SMALL_MISFIT, SHORTEST_STEP, 1.0)
-        step = jnp.where(step > 0.0, step, jnp.exp(state.adaptation[0]))
+        adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
+        step = jnp.where(step > 0.0, step, adapting)
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
         most = MOST_STEPS * scale * step

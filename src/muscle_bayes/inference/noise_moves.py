@@ -83,14 +83,28 @@ def refit(proposal: Proposal, draws: Float[Array, "draw k"], trust: float) -> Pr
     return Proposal(centre, jnp.linalg.cholesky(covariance))
 
 
-def lasting_misfit(entries: Float[Array, " k"]) -> Float[Array, " regime"]:
-    """Log size of each regime's misfit that lasts, log(discrepancy sqrt(correlation_time)).
+def reading_spacing(layout: Layout, data: Data) -> Float[Array, " regime"]:
+    """Mean time between readings of each regime, s."""
+    names = list(dict.fromkeys(layout.regimes))
+    time, readings = (jnp.zeros(len(names)) for _ in range(2))
+    for lanes, name in zip(data.lanes, layout.regimes, strict=True):
+        which = names.index(name)
+        time = time.at[which].add(jnp.sum(lanes.time[:, -1] - lanes.time[:, 0]))
+        readings = readings.at[which].add(jnp.sum(lanes.weight))
+    return time / readings
 
-    Half the log of the misfit's power at low frequency. Other parameters are known the better the
-    smaller it is.
+
+def lasting_misfit(
+    entries: Float[Array, " k"], spacing: Float[Array, " regime"]
+) -> Float[Array, " regime"]:
+    """Log size of each regime's misfit at low frequency.
+
+    Half the log of its power there, discrepancy^2 correlation_time + noise^2 spacing / 2. Other
+    parameters are known the better the smaller it is.
     """
-    _, discrepancy, time = entries.reshape(-1, 3).T
-    return discrepancy + 0.5 * time
+    noise, discrepancy, time = entries.reshape(-1, 3).T
+    white = 2.0 * noise + jnp.log(0.5 * spacing)
+    return 0.5 * jnp.logaddexp(2.0 * discrepancy + time, white)
 
 
 def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> Float[Array, " n"]:

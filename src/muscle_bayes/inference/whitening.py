@@ -16,7 +16,14 @@ from muscle_bayes.inference.bend_friction import (
 )
 from muscle_bayes.inference.bend_stiffness import stays_open
 from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.noise_moves import Proposal, adapt, entries_of, lasting_misfit, refit
+from muscle_bayes.inference.noise_moves import (
+    Proposal,
+    adapt,
+    entries_of,
+    lasting_misfit,
+    reading_spacing,
+    refit,
+)
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import potential_at, predictions_at
@@ -70,7 +77,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
     predicted = predictions_at(mode.vector, layout, data)
     proposal = adapt(key, predicted, mode.vector, NOISE_SPREAD * jnp.ones(noise.size), layout, data)
-    misfit = lasting_misfit(entries_of(proposal.centre))
+    misfit = lasting_misfit(entries_of(proposal.centre), reading_spacing(layout, data))
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
     return Whitening(centre, jnp.asarray(factor), bend, walled, proposal, misfit)
@@ -118,11 +125,13 @@ def rewhiten(
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
     factor = factor * scale @ np.linalg.cholesky(covariance)
     last = whitened(np.asarray(_bent_draws(vectors[:, -1], bend, layout, data))[:, inner])
+    spacing = reading_spacing(layout, data)
+    misfits = jax.vmap(lambda entries: lasting_misfit(entries, spacing))(pooled[:, noise])
     fresh = white._replace(
         centre=white.centre.at[inner].set(centre),
         factor=jnp.asarray(factor),
         bend=bend,
         noise=refit(white.noise, jnp.asarray(pooled[:, noise]), trust),
-        misfit=jnp.median(jax.vmap(lasting_misfit)(pooled[:, noise]), axis=0),
+        misfit=jnp.median(misfits, axis=0),
     )
     return fresh, last
