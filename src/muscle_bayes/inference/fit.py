@@ -18,7 +18,7 @@ from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.sampler import Effort, draw
 
-QUICK = Effort(warmup=120, draws=300, rounds=4, min_ess=200)
+QUICK = Effort(warmup=120, draws=300, rounds=10, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 

@@ -17,17 +17,9 @@ from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
-from muscle_bayes.inference.noise_moves import (
-    disperse,
-    lasting_misfit,
-    move_noise,
-    reading_spacing,
-)
+from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.walled_moves import (
-    WalledState,
-    move_walled,
-)
+from muscle_bayes.inference.walled_moves import WalledState, move_walled
 from muscle_bayes.inference.whitening import Whitening, blank
 
 CHUNK = 50
@@ -36,10 +28,8 @@ TARGET_ACCEPTANCE = 0.8
 SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
 """A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
 directions in which it is not and lest trajectories return."""
-SMALL_MISFIT = 1.0
-"""Share of the typical misfit below which steps are shortened."""
 SHORTEST_STEP = 0.1
-"""Least factor by which steps are shortened where misfit is small."""
+"""Least factor by which steps are shortened where misfit is below its typical size."""
 MOST_STEPS = 128
 """Leapfrog steps after which a trajectory ends in any case."""
 ADAPTED_STEPS = 0.1, 2.0
@@ -165,7 +155,7 @@ def _kernel(layout: Layout) -> Kernel:
         # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
         lasting = lasting_misfit(rest[noise], reading_spacing(layout, data))
         misfit = jnp.exp(jnp.min(lasting - white.misfit))
-        scale = jnp.clip(misfit / SMALL_MISFIT, SHORTEST_STEP, 1.0)
+        scale = jnp.clip(misfit, SHORTEST_STEP, 1.0)
         adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
         step = jnp.where(step > 0.0, step, adapting)
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
@@ -181,7 +171,8 @@ def _kernel(layout: Layout) -> Kernel:
         adaptation = adapt(TARGET_ACCEPTANCE - hmc_state.accept_prob, state.adaptation)
         vector, log_volume = point_of(hmc_state.z, white, data, rest)
         log_density = -hmc_state.potential_energy - log_volume
-        rest = rest.at[outer].set(vector[outer])
+        # Whole, for the walled moves look at stiffnesses as they are now.
+        rest = vector
         if outer.size:
 
             def energy_at(z: Array, rest: Array) -> Array:

@@ -34,8 +34,8 @@ class Effort:
     """Iterations of each chain that are not kept."""
     draws: int = 1000
     """Of each chain, before convergence is judged."""
-    rounds: int = 3
-    """Most times that so many draws are made."""
+    rounds: int = 7
+    """Most rounds of draws; every one after the first makes a third as many."""
     min_ess: int = 400
     """Bulk effective sample size that is wanted of every sampled quantity."""
 
@@ -152,13 +152,15 @@ def draw(
         for share in SHORTER:
             chains.advance(ADAPTING, stage)
             step, rounds = share * chains.adapted_step, []
+            count = effort.draws
             while True:
-                rounds.append(chains.advance(step, effort.draws))
+                rounds.append(chains.advance(step, count))
                 draws = Draws(*(np.concatenate(p, axis=1) for p in zip(*rounds, strict=True)))
                 diverged = draws.diverging.any() and share != SHORTER[-1]
                 if diverged or len(rounds) == effort.rounds or agree(draws, effort.min_ess):
                     break
-                total += effort.chains * effort.draws
+                count = max(effort.draws // 3, 1)
+                total += effort.chains * count
             if not diverged:
                 break
             total += effort.chains * (stage + effort.draws)
