@@ -55,8 +55,8 @@ def _explain(
 ) -> LaneFit:
     """Density of a lane's readings.
 
-    A segment's start is integrated out: over a short segment the response is linear in it. With
-    errors z and start sensitivities S (both whitened, S per prior standard deviation),
+    A segment's start is integrated out: near the pivot the response is linear in it. With errors z
+    from the prior mean and start sensitivities S (both whitened, S per prior standard deviation),
     log N(z; 0, I + S S') by the matrix inversion and determinant lemmas.
     """
     variance = reading_variance(noise, lane.weight, lane.coarse, lane.quantum)
@@ -64,6 +64,8 @@ def _explain(
     residual = lane.reading - zero - prediction.reading
     columns = residual[:, None]
     if prediction.reach is not None:
+        back = (lane.start - lane.pivot) / lane.start_spread
+        columns = columns - (prediction.reach @ back)[:, None]
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
     errors, log_scale = whiten(_guarded(columns), lane.time, variance, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -12,7 +13,8 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.kernel import prepare
-from muscle_bayes.inference.optimise import STARTS, find_mode
+from muscle_bayes.inference.optimise import STARTS, find_mode, refine
+from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
@@ -65,6 +67,10 @@ def fit(
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(lambda: preparation.kernel)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        data = pivoted(mode.vector, problem.layout, problem.data)
+        if data is not problem.data:
+            problem = replace(problem, data=data)
+            mode = refine(mode, problem.layout, problem.data)
         report("searching", STARTS, STARTS)
         ready.result()
     drawn = draw(

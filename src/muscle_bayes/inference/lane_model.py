@@ -83,9 +83,9 @@ def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
 
 
 def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
-    """Start of every lane, from the per-run unknowns (or the rough start of a segment)."""
+    """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
-        return Origin(lanes.scale * lanes.start[:, 0], lanes.scale * lanes.start[:, 1], None)
+        return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
     first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
     speed, stretch = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_stretch")
     if speed is not None:
@@ -128,7 +128,7 @@ class LanePrediction(NamedTuple):
     """What a lane's model says of its readings."""
 
     reading: Float[Array, " interval"]
-    """Readings above the reading at q = 0."""
+    """Readings above the reading at q = 0; of a segment, from its pivot."""
     reach: Float[Array, "interval 2"] | None
     """Change of the readings per prior standard deviation of a segment's start; None if not cut."""
     finite: Float[Array, ""]
@@ -136,37 +136,49 @@ class LanePrediction(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _predictor(layout: Layout, regime: str, cut: bool, structure: Any) -> Callable:
-    """LanePrediction of one lane from the leaves of its Inputs, differentiable in any mode.
+def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
+    """LanePrediction of one run from the leaves of its Inputs, differentiable in any mode.
 
     One function object per layout: JAX then traces a simulation once, however often it is used.
     """
 
     def predict(leaves: Array, lane: Lanes) -> LanePrediction:
-        physical, origin = jax.tree.unflatten(structure, list(leaves))
-
-        def at(q, speed) -> tuple[Array, Array]:
-            moved = Inputs(physical, origin._replace(q=q, speed=speed))
-            response = _simulate(moved, lane, layout, regime)
-            return response.sensed, response.finite
-
-        reading, finite = at(origin.q, origin.speed)
-        if not cut:
-            return LanePrediction(reading, None, finite * 1.0)
-
-        def along(direction: Array) -> Array:
-            return jax.jvp(lambda *x: at(*x)[0], (origin.q, origin.speed), tuple(direction))[1]
-
-        reach = jax.vmap(along, out_axes=1)(jnp.diag(lane.start_spread * lane.scale))
-        return LanePrediction(reading, reach, finite * 1.0)
+        inputs = jax.tree.unflatten(structure, list(leaves))
+        response = _simulate(inputs, lane, layout, regime)
+        return LanePrediction(response.sensed, None, response.finite * 1.0)
 
     return jax.jit(with_forward_jacobian(predict))
 
 
-def _predict(inputs: Inputs, lane: Lanes, layout: Layout, regime: str, cut: bool) -> LanePrediction:
-    """LanePrediction of one lane, differentiable in any mode."""
-    leaves, structure = jax.tree.flatten(inputs)
-    return _predictor(layout, regime, cut, structure)(jnp.stack(leaves), lane)
+START_SHARE = 0.05
+"""Distance to either side at which the response to a segment's start is read, as a share of the
+start's prior standard deviation: about as well as its readings tell a start."""
+
+
+@lru_cache(maxsize=64)
+def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
+    """LanePrediction of one segment from the leaves of Physical, differentiable in any mode.
+
+    From four starts, one to either side in position and in speed: their mean, and their differences
+    as the response to the start. The derivative at the pivot itself would jump, and the density
+    with it, wherever a parameter makes the motion stick or reverse in another interval.
+    """
+
+    def predict(leaves: Array, lane: Lanes) -> LanePrediction:
+        physical = jax.tree.unflatten(structure, list(leaves))
+        aside = START_SHARE * jnp.diag(lane.start_spread)
+
+        def from_start(start: Float[Array, "2"]) -> Response:
+            q, speed = lane.scale * start
+            return _simulate(Inputs(physical, Origin(q, speed, None)), lane, layout, regime)
+
+        starts = lane.pivot + jnp.stack([aside, -aside])
+        sides = jax.vmap(jax.vmap(from_start))(starts)
+        above, below = sides.sensed
+        reach = (above - below).T / (2.0 * START_SHARE)
+        return LanePrediction(sides.sensed.mean((0, 1)), reach, sides.finite.all() * 1.0)
+
+    return jax.jit(with_forward_jacobian(predict))
 
 
 def predictions(values: Values, layout: Layout, data: Data) -> list[LanePrediction]:
@@ -174,9 +186,15 @@ def predictions(values: Values, layout: Layout, data: Data) -> list[LanePredicti
     result = []
     physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+        if cut:
+            leaves, structure = jax.tree.flatten(physical)
+            of_segment = _segment_predictor(layout, regime, structure)
+            result.append(jax.vmap(of_segment, (None, 0))(jnp.stack(leaves), lanes))
+            continue
 
-        def one(lane, origin, regime=regime, cut=cut):
-            return _predict(Inputs(physical, origin), lane, layout, regime, cut)
+        def of_run(lane, origin, regime=regime):
+            leaves, structure = jax.tree.flatten(Inputs(physical, origin))
+            return _run_predictor(layout, regime, structure)(jnp.stack(leaves), lane)
 
-        result.append(jax.vmap(one)(lanes, _origins(values, lanes, data, regime, cut)))
+        result.append(jax.vmap(of_run)(lanes, _origins(values, lanes, data, regime, cut)))
     return result

@@ -165,6 +165,12 @@ def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit:
     return Mode(vector, value, _curvature(vector, layout, data)[1], step)
 
 
+def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
+    """The local maximum to which a mode of slightly different data leads."""
+    everything = np.ones(mode.vector.size)
+    return _descend(mode.vector, layout, data, everything, MAX_STEPS)
+
+
 def find_mode(
     key: Array,
     layout: Layout,

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -11,6 +12,8 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
+from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
@@ -71,7 +74,7 @@ def _predict_part(
     if not known:
         settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
         share = {run.name: SETTLING_SHARE * run.duration for run in runs}
-        predictions = predict(problem, settled, seed)
+        predictions = _predict_pivoted(problem, settled, seed)
         return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
         if shape:
@@ -82,7 +85,15 @@ def _predict_part(
             if own == "hyst_stretch":
                 told = resting_hyst(posterior.tree.attrs["tension"], thinned)
                 values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
-    return predict(problem, values, seed)
+    return _predict_pivoted(problem, values, seed)
+
+
+def _predict_pivoted(problem: Problem, values: Any, seed: int) -> list[Prediction]:
+    """Predictions; segments start where their readings and the middle of the draws put them."""
+    layout = problem.layout
+    middle = {name: jnp.median(values[name], axis=0) for name, _ in layout.shapes}
+    data = pivoted(unconstrain(middle, layout, problem.data), layout, problem.data)
+    return predict(replace(problem, data=data), values, seed)
 
 
 @double_precision

@@ -51,9 +51,11 @@ class Lanes(NamedTuple):
     released: Float[Array, " lane"]
     """1 where the record starts at rest by protocol, 0 where its first speed is unknown."""
     start: Float[Array, "lane 2"]
-    """First reading and speed [log's unit, per s], known roughly; used by segments only."""
+    """Prior means of the first reading and speed [log's unit, per s]; used by segments only."""
     start_spread: Float[Array, "lane 2"]
-    """Standard deviations of `start`; used by segments only."""
+    """Their standard deviations."""
+    pivot: Float[Array, "lane 2"]
+    """First reading and speed about which the response to them is taken for linear."""
 
 
 class Data(NamedTuple):
@@ -131,6 +133,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
             lambda *leaves: np.stack([np.asarray(x, float) for x in leaves]), *trees
         )
 
+    start = np.array([[record.start_reading, record.start_speed] for record in records])
     return Lanes(
         plant=stacked(*plants),
         schedule=stacked(*(record.schedule for record in padded)),
@@ -142,8 +145,9 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         quantum=np.array([run.sensor.resolution for run in runs]),
         run=np.asarray(index, dtype=np.int32),
         released=np.array([float(run.metadata.protocol == "spring") for run in runs]),
-        start=np.array([[record.start_reading, record.start_speed] for record in records]),
+        start=start,
         start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
+        pivot=start,
     )
 
 
