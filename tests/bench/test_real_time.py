@@ -32,6 +32,8 @@ def served():
 def record(tmp_path, served):
     """Starts the command on the served bench; it is ended with the test."""
     started = []
+    # A shell starts background jobs deaf to SIGINT, and children would stay so.
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def start(stages, pipes=subprocess.PIPE, **options):
         sequence = Sequence(load=0.1, stage=stages, **options, **RIG)
@@ -52,6 +54,7 @@ def record(tmp_path, served):
         return process
 
     yield start
+    signal.signal(signal.SIGINT, usual)
     for process in started:
         process.kill()
         process.wait()
