@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from muscle_bayes.study.stage import Stage, fingerprint
+from muscle_bayes.provenance import fingerprint
+from muscle_bayes.study.stage import Stage
 
 
 def stage(folder: Path, made: list[int], **inputs: object) -> Stage:

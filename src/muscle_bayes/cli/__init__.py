@@ -13,6 +13,7 @@ from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
+from muscle_bayes.cli.sbc import sbc
 from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
@@ -52,6 +53,7 @@ app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))
 app.command("record")(guarded(record))
 app.command("bench-test")(guarded(bench_test))
+app.command("sbc")(guarded(sbc))
 app.command("study")(guarded(study))
 
 

@@ -103,6 +103,12 @@ def show(summary: dict[str, Any]) -> None:
     for name, row in summary["runs"].items():
         fits.add_row(name, f"{row['rmse']:.4g}", row["unit"], f"{row['coverage90']:.0%}")
     console.print(fits)
+    for name, row in summary["runs"].items():
+        if (inertia := row.get("inertia")) and inertia["kept"]:
+            console.print(
+                f"{name}: solved with the rotor's inertia; without it readings differ by "
+                f"{inertia['rms']:.2g} {row['unit']} RMS"
+            )
     if summary["converged"]:
         console.print("converged", style="green")
     else:

@@ -29,7 +29,7 @@ def _run_axis(problem: Problem, name: str) -> list[str]:
     return [f"{name.split('.')[0]}_run"] if problem.sites[name].prior.shape() else []
 
 
-def _named(problem: Problem, values: dict[str, Any]) -> dict[str, Any]:
+def named_values(problem: Problem, values: dict[str, Any]) -> dict[str, Any]:
     """Sampled values together with Table 2's parameters."""
     values = dict(values)
     muscle = muscle_of(values, problem.data)
@@ -79,7 +79,7 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
     layout, data = problem.layout, problem.data
     expand = jax.jit(jax.vmap(jax.vmap(lambda v: constrain(v, layout, data))))
     values = expand(jnp.asarray(drawn.vector))
-    posterior = _dataset(problem, _named(problem, values), ["chain", "draw"])
+    posterior = _dataset(problem, named_values(problem, values), ["chain", "draw"])
     prior_keys = jax.random.split(jax.random.key(seed + 1), len(layout.shapes))
     prior = {
         name: data.priors[name].sample(key, (1, PRIOR_DRAWS))
@@ -97,7 +97,7 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
     complaints = _complaints(problem, posterior, drawn, min_ess)
     groups = {
         "posterior": posterior,
-        "prior": _dataset(problem, _named(problem, prior), ["chain", "draw"]),
+        "prior": _dataset(problem, named_values(problem, prior), ["chain", "draw"]),
         "sample_stats": xr.Dataset(
             {name: (["chain", "draw"], value) for name, value in statistics.items()}
         ),
@@ -122,6 +122,7 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
         "runs": json.dumps({run.name: run.checksum for run in problem.runs}),
         "base_length": float(data.base_length),
         "tension": float(data.tension),
+        "reduction": json.dumps({run: e._asdict() for run, e in problem.reduction.items()}),
         "origin": json.dumps(sorted({run.metadata.origin for run in problem.runs})),
         "versions": json.dumps(
             {name: version(name) for name in LIBRARIES} | {"python": platform.python_version()}

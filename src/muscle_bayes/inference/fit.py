@@ -12,16 +12,20 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
+from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.kernel import prepare
-from muscle_bayes.inference.optimise import STARTS, find_mode, refine
+from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.sampler import Effort, draw
+from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.reduction import solved_adequately
+from muscle_bayes.inference.sampler import Draws, Effort, draw
 
 QUICK = Effort(warmup=120, draws=300, rounds=10, min_ess=200)
 FULL = Effort()
+FIT_LAYERS = ("physics", "data", "inference")
+"""Layers whose code a posterior depends on."""
 EFFORTS = {"quick": QUICK, "full": FULL}
 
 
@@ -35,6 +39,57 @@ def _as_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distributi
     group = given.tree["posterior"]
     logs = {name: np.log(group[name].to_numpy()) for name in ("J", "D") if name in group}
     return {name: dist.LogNormal(log.mean(), log.std()) for name, log in logs.items()}
+
+
+def _improved(problem: Problem, mode: Mode) -> Problem:
+    """The problem with what only a mode can tell: segments' pivots, and which runs need inertia."""
+    data = pivoted(mode.vector, problem.layout, problem.data)
+    values = constrain(mode.vector, problem.layout, data)
+    return solved_adequately(replace(problem, data=data), values)
+
+
+@double_precision
+def sample(
+    problem: Problem,
+    effort: Effort,
+    *,
+    seed: int = 0,
+    workers: int = 2,
+    report: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> tuple[Problem, Draws]:
+    """Draws from a problem's posterior, and the problem as it was solved; see `fit`.
+
+    `workers` chains advance side by side.
+    """
+    keys = jax.random.split(jax.random.key(seed), 2)
+    tried = 0
+
+    def searched(_: str) -> None:
+        nonlocal tried
+        tried += 1
+        report("searching", tried, STARTS)
+
+    preparation = prepare(problem.layout, problem.data)
+    with ThreadPoolExecutor(1) as pool:
+        ready = pool.submit(lambda: preparation.kernel)
+        mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        better = _improved(problem, mode)
+        if better.data is not problem.data:
+            mode = refine(mode, better.layout, better.data)
+        problem = better
+        report("searching", STARTS, STARTS)
+        ready.result()
+    drawn = draw(
+        keys[1],
+        mode,
+        prepare(problem.layout, problem.data),
+        problem.layout,
+        problem.data,
+        effort,
+        workers=workers,
+        report=lambda done, total: report("sampling", done, total),
+    )
+    return problem, drawn
 
 
 @double_precision
@@ -55,33 +110,7 @@ def fit(
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
     problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
-    keys = jax.random.split(jax.random.key(seed), 2)
-    tried = 0
-
-    def searched(_: str) -> None:
-        nonlocal tried
-        tried += 1
-        report("searching", tried, STARTS)
-
-    preparation = prepare(problem.layout, problem.data)
-    with ThreadPoolExecutor(1) as pool:
-        ready = pool.submit(lambda: preparation.kernel)
-        mode = find_mode(keys[0], problem.layout, problem.data, searched)
-        data = pivoted(mode.vector, problem.layout, problem.data)
-        if data is not problem.data:
-            problem = replace(problem, data=data)
-            mode = refine(mode, problem.layout, problem.data)
-        report("searching", STARTS, STARTS)
-        ready.result()
-    drawn = draw(
-        keys[1],
-        mode,
-        preparation,
-        problem.layout,
-        problem.data,
-        effort,
-        report=lambda done, total: report("sampling", done, total),
-    )
+    problem, drawn = sample(problem, effort, seed=seed, report=report)
     report("predicting", 0, 1)
     posterior = assemble(problem, drawn, effort.min_ess, seed)
     report("predicting", 1, 1)

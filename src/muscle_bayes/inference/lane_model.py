@@ -16,7 +16,12 @@ from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
-from muscle_bayes.physics.simulation import Response, simulate_fast, simulate_slow
+from muscle_bayes.physics.simulation import (
+    Response,
+    simulate_fast,
+    simulate_inertial,
+    simulate_slow,
+)
 
 Values = Mapping[str, Array]
 
@@ -101,7 +106,9 @@ def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Respo
     plant = plant_of(lane.plant, inputs.physical, layout)
     q, speed, hyst = inputs.origin
     both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
-    if regime == "slow":
+    if lane.fine is not None:
+        response = simulate_inertial(plant, lane.fine, q, both)
+    elif regime == "slow":
         response = simulate_slow(plant, lane.schedule, q, both)
     else:
         moving = jnp.zeros(()) if speed is None else speed

@@ -58,7 +58,7 @@ def _responses(draws: dict[str, Array], layout: Layout, data: Data):
 
 
 @partial(jax.jit, static_argnames=("layout", "regime"))
-def _disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
+def disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
     """Discrepancy and noise of every lane for one draw."""
     noise: NoiseParameters = noise_of(values, regime)
     key_lasting, key_white = jax.random.split(key)
@@ -93,7 +93,7 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
     for response, lanes, regime, owners in groups:
 
         def disturb(key, values, lanes=lanes, regime=regime):
-            return _disturbances(key, values, lanes, problem.layout, regime)
+            return disturbances(key, values, lanes, problem.layout, regime)
 
         extra = jax.vmap(disturb)(keys, draws)
         for lane, owner in enumerate(owners):

@@ -19,6 +19,7 @@ from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.reduction import solved_adequately
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
 
 
@@ -73,8 +74,11 @@ def _predict_part(
     values = _shared_values(posterior, problem, thinned)
     if not known:
         settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
+        better = _improved(problem, settled)
+        if not all(error.tolerable for error in better.reduction.values()):
+            settled = settled_starts(better, settled, seed + 1)
         share = {run.name: SETTLING_SHARE * run.duration for run in runs}
-        predictions = _predict_pivoted(problem, settled, seed)
+        predictions = predict(better, settled, seed)
         return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
         if shape:
@@ -85,15 +89,15 @@ def _predict_part(
             if own == "hyst_stretch":
                 told = resting_hyst(posterior.tree.attrs["tension"], thinned)
                 values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
-    return _predict_pivoted(problem, values, seed)
+    return predict(_improved(problem, values), values, seed)
 
 
-def _predict_pivoted(problem: Problem, values: Any, seed: int) -> list[Prediction]:
-    """Predictions; segments start where their readings and the middle of the draws put them."""
+def _improved(problem: Problem, draws: Any) -> Problem:
+    """The problem with what the middle of the draws tells: segments' pivots, which runs need inertia."""
     layout = problem.layout
-    middle = {name: jnp.median(values[name], axis=0) for name, _ in layout.shapes}
+    middle = {name: jnp.median(draws[name], axis=0) for name, _ in layout.shapes}
     data = pivoted(unconstrain(middle, layout, problem.data), layout, problem.data)
-    return predict(replace(problem, data=data), values, seed)
+    return solved_adequately(replace(problem, data=data), middle)
 
 
 @double_precision

@@ -1,8 +1,8 @@
 """The statistical problem that a set of runs poses: arrays for a solver, and a prior for each unknown."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +20,7 @@ from muscle_bayes.inference.rig import has_muscle, rig
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
 
 Regime = Literal["fast", "slow"]
@@ -56,6 +57,8 @@ class Lanes(NamedTuple):
     """Their standard deviations."""
     pivot: Float[Array, "lane 2"]
     """First reading and speed about which the response to them is taken for linear."""
+    fine: FineGrid | None = None
+    """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
 
 
 class Data(NamedTuple):
@@ -99,6 +102,8 @@ class Problem:
     """For each group, the index in `runs` of each lane."""
     site_runs: dict[str, tuple[str, ...]]
     """For each regime, the names of the runs along the axis of its per-run quantities."""
+    reduction: Mapping[str, Any] = field(default_factory=dict)
+    """For each slow run that was compared, a ReductionError: what leaving out inertia changes."""
 
 
 def _pad(record: Record, size: int) -> Record:

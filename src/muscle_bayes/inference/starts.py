@@ -18,6 +18,7 @@ from muscle_bayes.inference.prior import resting_hyst
 from muscle_bayes.inference.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
 from muscle_bayes.physics.springs import tensile_strain
 
@@ -91,6 +92,7 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
     at_nodes, between = slice(size + 1), slice(size)
     schedule = lanes.schedule
     return lanes._replace(
+        fine=None if lanes.fine is None else _first_steps(lanes.fine, size),
         schedule=Schedule(
             time=schedule.time[:, at_nodes],
             temperature=schedule.temperature[:, at_nodes],
@@ -102,6 +104,23 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
         reading=lanes.reading[:, between],
         weight=lanes.weight[:, between],
         coarse=lanes.coarse[:, between],
+    )
+
+
+def _first_steps(grid: FineGrid, size: int) -> FineGrid:
+    """The grid of the first `size` intervals."""
+    steps = int(jnp.max(grid.end[:, size - 1])) + 1
+    schedule = grid.schedule
+    return FineGrid(
+        Schedule(
+            time=schedule.time[:, : steps + 1],
+            temperature=schedule.temperature[:, : steps + 1],
+            load=schedule.load[:, :steps],
+            applied=schedule.applied[:, :steps],
+            braking=schedule.braking[:, : steps + 1],
+        ),
+        grid.middle[:, :size],
+        grid.end[:, :size],
     )
 
 

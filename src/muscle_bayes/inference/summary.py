@@ -13,7 +13,8 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
     """Parameters with mean, sd, 5 and 95 % quantiles, R-hat and bulk ESS; and how each run fits.
 
     `rmse` is that of the mean model in the run's own `unit`; `coverage90` the share of readings
-    inside the central 90 % of the predictive draws.
+    inside the central 90 % of the predictive draws. `inertia` of a slow run says by how much its
+    readings would change without the rotor's inertia, and whether it was kept for that.
     """
     group = posterior.tree["posterior"].to_dataset()
     chosen = group[list(posterior.parameters)]
@@ -45,7 +46,8 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
 
 def _fitted_runs(posterior: Posterior) -> dict[str, Any]:
     tree = posterior.tree
-    result = {}
+    reduction = json.loads(tree.attrs["reduction"])
+    result: dict[str, Any] = {}
     for key, observed in tree["observed_data"].data_vars.items():
         name = str(key)
         reading = tree["posterior_predictive"][name].to_numpy()[0]
@@ -57,4 +59,7 @@ def _fitted_runs(posterior: Posterior) -> dict[str, Any]:
             "unit": observed.attrs["units"],
             "coverage90": float(np.mean((seen >= low) & (seen <= high))),
         }
+        if (error := reduction.get(name)) is not None:
+            kept = error["rms"] > error["tolerance"]
+            result[name]["inertia"] = {"kept": kept, **error}
     return result

@@ -14,6 +14,7 @@ from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.quasistatic import SlowState, settle, slow_step
+from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
 
 
@@ -118,3 +119,14 @@ def simulate_fast(
     sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
     finite = _all_finite(sensed, states.hyst, states.speed)
     return Response(sensed, states.hyst, states.speed, finite)
+
+
+def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
+    """What `simulate_slow` says of the grid's former intervals, with full inertia."""
+    schedule = grid.schedule
+    first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
+    q = settle(plant, q, hyst, first, jnp.zeros_like(q))
+    whole = simulate_fast(plant, schedule, q, jnp.zeros_like(q), hyst)
+    return Response(
+        whole.sensed[grid.middle], whole.hyst[grid.end], whole.speed[grid.end], whole.finite
+    )

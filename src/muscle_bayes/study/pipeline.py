@@ -12,16 +12,13 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import LIBRARIES
-from muscle_bayes.inference.fit import EFFORTS, fit
+from muscle_bayes.inference.fit import EFFORTS, FIT_LAYERS, fit
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.summary import summarise
-from muscle_bayes.study.stage import Stage, fingerprint, source_checksum
+from muscle_bayes.provenance import fingerprint, source_checksum
+from muscle_bayes.study.stage import Stage
 
 Progress = Callable[[str], AbstractContextManager[Callable[[str, int, int], None]]]
-
-
-FIT_LAYERS = ("physics", "data", "inference")
-"""Layers whose code a posterior depends on."""
 
 
 @dataclass(frozen=True)

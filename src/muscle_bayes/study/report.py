@@ -99,6 +99,18 @@ def _verdict(summary: Numbers) -> str:
     return "**The chains have not converged:** " + "; ".join(summary["complaints"]) + "."
 
 
+def _inertia_lines(summary: Numbers) -> list[str]:
+    lines = []
+    for name, run in summary["runs"].items():
+        if (inertia := run.get("inertia")) is not None:
+            kept = "kept" if inertia["kept"] else "left out"
+            lines.append(
+                f"- {name}: the rotor's inertia is {kept}; leaving it out changes readings by "
+                f"{inertia['rms']:.2g} {run['unit']} RMS, at most {inertia['largest']:.2g}."
+            )
+    return [*lines, ""] if lines else []
+
+
 def _check_table(numbers: Numbers) -> list[str]:
     rows = [
         "| run | held out | RMSE | unit | 50 % covers | 90 % covers |",
@@ -179,6 +191,7 @@ def _page(numbers: Numbers) -> str:
         "",
         _verdict(numbers["muscle"]),
         "",
+        *_inertia_lines(numbers["muscle"]),
         "![Muscle posterior](figures/muscle.png)",
         "",
         "What the data do not tell:",

@@ -1,27 +1,11 @@
 """One step of the study: skipped when its result stands and nothing it depends on has changed."""
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-
-def fingerprint(inputs: Mapping[str, Any]) -> str:
-    """SHA-256 of the inputs of a stage: checksums of runs, settings, versions, earlier stages."""
-    text = json.dumps(inputs, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def source_checksum(*layers: str) -> str:
-    """SHA-256 over the source of these layers, so that what changed code made is made again."""
-    digest = hashlib.sha256()
-    root = Path(__file__).parents[1]
-    for layer in layers:
-        for path in sorted((root / layer).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+from muscle_bayes.provenance import fingerprint
 
 
 @dataclass(frozen=True)

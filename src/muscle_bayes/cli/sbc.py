@@ -1,0 +1,81 @@
+"""`muscle-bayes sbc`: are the posteriors of these runs' kind calibrated?"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.fit import FrictionChoice
+
+EXIT_NOT_UNIFORM = 1
+LEAST_CHANCE = 0.01
+
+
+def sbc(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN...",
+            help="Runs that give rig, drive and times; their readings are redrawn.",
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where ranks, figure and numbers go.")
+    ] = Path("reports/sbc"),
+    sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
+    friction: Annotated[
+        FrictionChoice, typer.Option(help="Dry friction that sticks, or friction per speed.")
+    ] = FrictionChoice.coulomb,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Add this effect to the model; may be repeated."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 2,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Simulation-based calibration: fit data sets drawn from prior and likelihood.
+
+    The truth of each must rank uniformly among the draws of its posterior, in every quantity: tested
+    by chi-square, corrected by Bonferroni. Every finished data set is kept in DIR, so interrupted
+    work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
+    """
+    from rich.console import Console
+
+    from muscle_bayes.cli.progress import fit_progress
+    from muscle_bayes.criticism.sbc import Calibration, Template, calibration_tasks
+    from muscle_bayes.parallel.tasks import run_tasks
+    from muscle_bayes.report.calibration_figure import calibration_figure
+    from muscle_bayes.report.style import save
+
+    paths = tuple(path.resolve() for path in runs)
+    template = Template(paths, friction.value, tuple(effect or ()))
+    tasks = calibration_tasks(template, sets, seed)
+    with fit_progress(out.name) as report:
+        results = run_tasks(
+            tasks,
+            out / "sets",
+            address=scheduler,
+            workers=workers,
+            report=lambda done, total: report("data sets", done, total),
+        )
+    found = Calibration.of(list(results.values()))
+    save(calibration_figure(found, out.name), out / "ranks.png")
+    numbers = found.as_dict()
+    write_json(out / "calibration.json", numbers)
+    if json is not None:
+        write_json(json, numbers)
+    name, chance = found.smallest()
+    console = Console()
+    console.print(
+        f"{found.sets} data sets, {found.converged} converged; least uniform: {name}, "
+        f"p = {chance:.3g} after correction ({out / 'ranks.png'})"
+    )
+    if chance < LEAST_CHANCE:
+        console.print("ranks are NOT uniform", style="bold red")
+        raise typer.Exit(EXIT_NOT_UNIFORM)

@@ -1,0 +1,195 @@
+"""Simulation-based calibration: posteriors of data drawn from the prior, against what was drawn."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Int
+from scipy.stats import chisquare
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data import read_runs
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.assemble import LIBRARIES, named_values
+from muscle_bayes.inference.density import constrain, unconstrain
+from muscle_bayes.inference.fit import FIT_LAYERS, sample
+from muscle_bayes.inference.lane_model import responses
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.predict import disturbances
+from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.sampler import Effort, agree
+from muscle_bayes.parallel.tasks import Tasks
+from muscle_bayes.provenance import source_checksum
+
+EFFORT = Effort(chains=2, warmup=90, draws=150, rounds=4, min_ess=100)
+"""Enough for RANKS nearly independent draws."""
+RANKS = 99
+"""Thinned draws of each posterior among which the truth is ranked."""
+ATTEMPTS = 100
+"""Draws of the prior tried for one that can be simulated."""
+BINS = 10
+"""Of the ranks, for the test of uniformity."""
+
+
+@dataclass(frozen=True)
+class Template:
+    """What all data sets of a calibration share: rig, drive, times of readings and priors."""
+
+    runs: tuple[Path, ...]
+    """Logs from which these are taken; their readings fix the priors' centres and nothing else."""
+    friction: Friction = "coulomb"
+    effects: tuple[str, ...] = ()
+
+    def problem(self) -> Problem:
+        """The problem that the logs themselves pose."""
+        problem = pose(read_runs(list(self.runs)), self.friction, self.effects)
+        if any(problem.layout.segmented):
+            raise MuscleBayesError(
+                "a run that nothing pulls back has free starts, of which no data set can be drawn; "
+                "calibrate with runs of a spring, an arm or a muscle"
+            )
+        return problem
+
+
+@double_precision
+def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
+    """Values drawn from the prior, and the problem with readings drawn from the likelihood there.
+
+    The likelihood is zero where the model cannot be simulated, so such values are drawn again.
+    Raises MuscleBayesError if none of ATTEMPTS draws can be.
+    """
+    layout, data = problem.layout, problem.data
+    solve = jax.jit(responses, static_argnames="layout")
+    for attempt in range(ATTEMPTS):
+        key = jax.random.fold_in(jax.random.key(seed), attempt)
+        parts = jax.random.split(key, len(layout.shapes) + 1)
+        values = {
+            name: data.priors[name].sample(part)
+            for part, (name, _) in zip(parts[1:], layout.shapes, strict=True)
+        }
+        found = solve(values, layout=layout, data=data)
+        if not all(bool(one.finite.all()) for one in found):
+            continue
+        lanes = tuple(
+            group._replace(
+                reading=one.sensed
+                + disturbances(jax.random.fold_in(parts[0], index), values, group, layout, regime)
+            )
+            for index, (group, one, regime) in enumerate(
+                zip(data.lanes, found, layout.regimes, strict=True)
+            )
+        )
+        drawn = replace(problem, data=data._replace(lanes=lanes))
+        if np.isfinite(potential_at(unconstrain(values, layout, data), layout, drawn.data)):
+            return values, drawn
+    raise MuscleBayesError(f"none of {ATTEMPTS} draws of the prior can be simulated")
+
+
+def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
+    """Scalar quantities by name, those of each run apart."""
+    result = {}
+    for name, value in values.items():
+        value = np.asarray(value)
+        if value.ndim == lead:
+            result[name] = value
+        else:
+            for index in range(value.shape[-1]):
+                result[f"{name}[{index}]"] = value[..., index]
+    return result
+
+
+@double_precision
+def rank_data_set(template: Template, seed: int) -> dict[str, Any]:
+    """Ranks of one data set's truth among draws of its posterior, for every quantity.
+
+    A rank counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
+    agreed; ranks of those that did not count all the same.
+    """
+    problem = template.problem()
+    truth, drawn = replicate(problem, seed)
+    drawn, draws = sample(drawn, EFFORT, seed=seed, workers=1)
+    expand = jax.jit(jax.vmap(jax.vmap(lambda v: constrain(v, drawn.layout, drawn.data))))
+    posterior = _flat(named_values(drawn, expand(jnp.asarray(draws.vector))), 2)
+    true = _flat(named_values(drawn, truth), 0)
+    chains, count = draws.vector.shape[:2]
+    chosen = np.linspace(0, chains * count - 1, RANKS).astype(int)
+    ranks = {
+        name: int(np.sum(posterior[name].reshape(-1)[chosen] < true[name])) for name in posterior
+    }
+    return {
+        "ranks": ranks,
+        "converged": agree(draws, EFFORT.min_ess) and not bool(draws.diverging.any()),
+        "divergences": int(draws.diverging.sum()),
+    }
+
+
+def calibration_tasks(template: Template, sets: int, seed: int) -> Tasks:
+    """One task a data set; their results are those of `rank_data_set`.
+
+    Raises MuscleBayesError for runs that cannot be read or be calibrated with.
+    """
+    template.problem()
+    inputs = {
+        "runs": {run.name: run.checksum for run in read_runs(list(template.runs))},
+        "friction": template.friction,
+        "effects": template.effects,
+        "effort": EFFORT,
+        "source": source_checksum(*FIT_LAYERS),
+        "ranks": RANKS,
+        "versions": {name: version(name) for name in LIBRARIES},
+    }
+    arguments = {f"seed-{seed + number}": (template, seed + number) for number in range(sets)}
+    return Tasks(rank_data_set, arguments, inputs)
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Ranks of all data sets, and whether they are uniform."""
+
+    ranks: Mapping[str, Int[np.ndarray, " set"]]
+    converged: int
+    """Data sets whose chains agreed."""
+
+    @classmethod
+    def of(cls, found: Sequence[Mapping[str, Any]]) -> "Calibration":
+        """From the results of `rank_data_set`."""
+        names = found[0]["ranks"]
+        ranks = {name: np.array([one["ranks"][name] for one in found]) for name in names}
+        return cls(ranks, sum(one["converged"] for one in found))
+
+    @property
+    def sets(self) -> int:
+        """Number of data sets."""
+        return len(next(iter(self.ranks.values())))
+
+    def p_values(self) -> dict[str, float]:
+        """Chi-square test of uniformity in BINS bins, for each quantity."""
+        result = {}
+        for name, ranks in self.ranks.items():
+            counts = np.bincount(ranks * BINS // (RANKS + 1), minlength=BINS)
+            result[name] = float(chisquare(counts).pvalue)
+        return result
+
+    def smallest(self) -> tuple[str, float]:
+        """The least uniform quantity, and its p-value times the number of quantities (Bonferroni)."""
+        values = self.p_values()
+        name = min(values, key=lambda key: values[key])
+        return name, min(1.0, values[name] * len(values))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers."""
+        name, chance = self.smallest()
+        return {
+            "sets": self.sets,
+            "converged": self.converged,
+            "least_uniform": {"name": name, "p_bonferroni": chance},
+            "p": self.p_values(),
+            "ranks": {name: ranks.tolist() for name, ranks in self.ranks.items()},
+            "ranks_of": RANKS,
+        }

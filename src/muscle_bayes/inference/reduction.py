@@ -1,0 +1,169 @@
+"""Whether slow motion without inertia is good enough for a run; where it is not, inertia is kept."""
+
+from collections.abc import Collection
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.lane_model import Values, physical_of, plant_of, responses
+from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.refinement import FineGrid, refined
+from muscle_bayes.physics.simulation import Response
+from muscle_bayes.physics.swing import swing_rate
+
+TOLERANCE = 0.5
+"""Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution (or,
+for a sensor without, in the standard deviation of the run's misfit)."""
+SWING_STEP = 0.4
+"""Steps with full inertia, in radians of the rotor's swing: half of it changes no distance by 1 %."""
+LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
+"""Bounds of these steps, s."""
+EVEN = 2**14
+"""Steps of all runs are lengthened to a multiple of this, for few shapes to compile."""
+
+
+class ReductionError(NamedTuple):
+    """How far a run's reduced solution is from the one with full inertia, at the mode."""
+
+    rms: float
+    """[the log's unit]"""
+    largest: float
+    """[the log's unit]"""
+    tolerance: float
+    """RMS up to which the reduced solution is used [the log's unit]."""
+
+    @property
+    def tolerable(self) -> bool:
+        """Whether the reduced solution may be used; never if full inertia could not be solved."""
+        return self.rms <= self.tolerance
+
+
+@partial(jax.jit, static_argnames="layout")
+def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
+    return responses(values, layout, data)
+
+
+@partial(jax.jit, static_argnames="layout")
+def _swing_rates(
+    values: Values, response: Response, lanes: Lanes, layout: Layout, data: Data
+) -> Float[Array, "lane interval"]:
+    """Angular rate at which the rotor would swing, around every state of slow motion [rad/s]."""
+    physical = physical_of(values, layout, data)
+
+    def of_lane(lane: Lanes, response: Response) -> Array:
+        plant = plant_of(lane.plant, physical, layout)
+        schedule = lane.schedule
+        drive = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
+        q = lane.scale * response.sensed
+        return jax.vmap(partial(swing_rate, plant))(q, response.hyst, drive)
+
+    return jax.vmap(of_lane)(lanes, response)
+
+
+def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
+    """Fine grids of all lanes, stacked."""
+    longest = np.clip(SWING_STEP / np.maximum(rates, 1e-9), SHORTEST_STEP, LONGEST_STEP)
+    schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
+    sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
+    size = -(-max(sizes) // EVEN) * EVEN
+    grids = [refined(one, limit, size) for one, limit in zip(schedules, longest, strict=True)]
+    return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
+
+
+def _zeroed(values: Values, layout: Layout) -> dict[str, Any]:
+    """The values with every zero of the potentiometer taken out of its start as well."""
+    own = dict(values)
+    for regime in set(layout.regimes):
+        if (zero := own.get(f"{regime}.zero")) is not None:
+            own[f"{regime}.start"] = own[f"{regime}.start"] - zero
+            own[f"{regime}.zero"] = jnp.zeros_like(zero)
+    return own
+
+
+def _is_reduced(lanes: Lanes, regime: str) -> bool:
+    return regime == "slow" and lanes.fine is None
+
+
+def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Problem:
+    """The problem with full inertia in the named runs, on grids that are fine enough at `values`."""
+    if not names:
+        return problem
+    layout, data = problem.layout, problem.data
+    values = _zeroed(values, layout)
+    reduced = _responses(values, layout, data)
+    parts = []
+    groups = zip(
+        data.lanes, layout.regimes, layout.segmented, problem.lane_runs, reduced, strict=True
+    )
+    for lanes, regime, cut, owners, response in groups:
+        chosen = np.array([problem.runs[i].name in names for i in owners])
+        if not (_is_reduced(lanes, regime) and chosen.any()):
+            parts.append((lanes, regime, cut, owners))
+            continue
+        rates = np.asarray(_swing_rates(values, response, lanes, layout, data))
+        for which, inertial in ((~chosen, False), (chosen, True)):
+            if which.any():
+                index = np.flatnonzero(which)
+                part = jax.tree.map(lambda x, index=index: x[index], lanes)
+                if inertial:
+                    part = part._replace(fine=_fine(part, rates[index]))
+                parts.append((part, regime, cut, tuple(owners[i] for i in index)))
+    columns = [tuple(column) for column in zip(*parts, strict=True)]
+    all_lanes, regimes, segmented, lane_runs = columns
+    return replace(
+        problem,
+        layout=replace(layout, regimes=regimes, segmented=segmented),
+        data=data._replace(lanes=all_lanes),
+        lane_runs=lane_runs,
+    )
+
+
+def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionError]:
+    """What leaving out inertia changes in each reduced run's readings, at these values."""
+    layout, data = problem.layout, problem.data
+    slow = [
+        problem.runs[i].name
+        for lanes, regime, owners in zip(data.lanes, layout.regimes, problem.lane_runs, strict=True)
+        if _is_reduced(lanes, regime)
+        for i in owners
+    ]
+    if not slow:
+        return {}
+    whole = with_inertia(problem, values, slow)
+    values = _zeroed(values, layout)
+    found = {}
+    groups = zip(
+        data.lanes,
+        _responses(values, layout, data),
+        _responses(values, whole.layout, whole.data),
+        problem.lane_runs,
+        strict=True,
+    )
+    for lanes, reduced, full, owners in groups:
+        lasting = np.diff(np.asarray(lanes.schedule.time), axis=1) > 0.0
+        distance = np.asarray(full.sensed - reduced.sensed)
+        for lane, owner in enumerate(owners):
+            run = problem.runs[owner]
+            if run.name in slow:
+                away = distance[lane][lasting[lane]]
+                misfit = np.hypot(values["slow.noise"], values["slow.discrepancy"])
+                found[run.name] = ReductionError(
+                    rms=float(np.sqrt(np.mean(away**2))),
+                    largest=float(np.max(np.abs(away))),
+                    tolerance=TOLERANCE * float(run.sensor.resolution or misfit),
+                )
+    return found
+
+
+def solved_adequately(problem: Problem, values: Values) -> Problem:
+    """The problem with full inertia wherever leaving it out changes readings by too much."""
+    errors = reduction_errors(problem, values)
+    poor = [name for name, error in errors.items() if not error.tolerable]
+    problem = with_inertia(problem, values, poor)
+    return replace(problem, reduction={**problem.reduction, **errors})

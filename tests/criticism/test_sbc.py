@@ -1,0 +1,75 @@
+"""Data sets are drawn from the likelihood itself, and ranks that are not uniform are told."""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from muscle_bayes.cli import app
+from muscle_bayes.criticism.sbc import RANKS, Calibration, Template, rank_data_set, replicate
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.density import lane_fits
+from muscle_bayes.report.calibration_figure import calibration_figure
+
+DATA = Path(__file__).parents[2] / "data"
+SPRINGS = Template(tuple(DATA / f"spring-{number}.csv" for number in (1, 3)))
+
+
+def found(ranks: dict[str, np.ndarray]) -> Calibration:
+    sets = len(next(iter(ranks.values())))
+    one = [{"ranks": {k: v[i] for k, v in ranks.items()}, "converged": True} for i in range(sets)]
+    return Calibration.of(one)
+
+
+def test_uniform_ranks_pass_and_others_do_not() -> None:
+    rng = np.random.default_rng(0)
+    uniform = {f"p{i}": rng.integers(0, RANKS + 1, 200) for i in range(20)}
+    assert found(uniform).smallest()[1] > 0.05
+    narrow = rng.choice([0, 1, 2, RANKS - 1, RANKS], 200)
+    shifted = rng.integers(20, RANKS + 1, 200)
+    for poor in (narrow, shifted):
+        name, chance = found(uniform | {"poor": poor}).smallest()
+        assert name == "poor"
+        assert chance < 1e-4
+    figure = calibration_figure(found(uniform | {"poor": narrow}), "springs")
+    assert "least uniform: poor" in figure._suptitle.get_text()
+
+
+def test_replicates_are_draws_of_the_likelihood() -> None:
+    """Standardised errors at the truth are independent standard normals."""
+    with jax.enable_x64(True):
+        template = SPRINGS.problem()
+        errors = []
+        for seed in range(12):
+            values, drawn = replicate(template, seed)
+            fits = jax.jit(lane_fits, static_argnames="layout")(
+                values, layout=drawn.layout, data=drawn.data
+            )
+            for fit, lanes in zip(fits, drawn.data.lanes, strict=True):
+                errors.append(np.asarray(fit.errors)[np.asarray(lanes.weight) > 0])
+    every = np.concatenate(errors)
+    assert every.size > 2000
+    assert abs(every.mean()) < 4.0 / np.sqrt(every.size)
+    assert abs(every.var() - 1.0) < 4.0 * np.sqrt(2.0 / every.size)
+    lag = np.corrcoef(every[1:], every[:-1])[0, 1]
+    assert abs(lag) < 4.0 / np.sqrt(every.size)
+
+
+def test_a_data_set_is_ranked_in_every_quantity() -> None:
+    ranked = rank_data_set(SPRINGS, 3)
+    names = set(ranked["ranks"])
+    assert {"J", "D", "fast.noise", "fast.zero[0]", "fast.start[1]"} <= names
+    assert all(0 <= rank <= RANKS for rank in ranked["ranks"].values())
+
+
+def test_a_run_that_nothing_pulls_back_is_refused(real_data: Path) -> None:
+    with pytest.raises(MuscleBayesError, match="free starts"):
+        Template((real_data / "emps",)).problem()
+
+
+def test_the_command_tells_of_runs_it_cannot_read(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["sbc", str(tmp_path / "none.csv"), "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "none.csv" in result.output
