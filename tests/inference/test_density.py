@@ -110,5 +110,25 @@ def test_responses_follow_the_zero(springs: Problem) -> None:
     layout, data = springs.layout, springs.data
     values = constrain(near_prior_median(springs), layout, data)
     moved = values | {key: values[key] + 1.0 for key in ("fast.zero", "fast.start")}
-    before, after = (responses(v, layout, data)[0].sensed for v in (values, moved))
+    before, after = (responses(v, layout, data)[0].averaged for v in (values, moved))
     np.testing.assert_allclose(after - before, 1.0, rtol=1e-9)
+
+
+def test_many_data_sets_of_one_layout_at_once(springs: Problem) -> None:
+    """A batch by vmap is each data set by itself, and one compiled program serves them all."""
+    layout, data = springs.layout, springs.data
+    (lanes,) = data.lanes
+    sets = [
+        data._replace(lanes=(lanes._replace(reading=lanes.reading + shift),))
+        for shift in (0.0, 0.3, -0.7)
+    ]
+    vector = near_prior_median(springs)
+    batch = jax.tree.map(lambda *leaves: jnp.stack(jnp.broadcast_arrays(*leaves)), *sets)
+    together = jax.jit(jax.vmap(lambda one: jax.value_and_grad(potential)(vector, layout, one)))
+    values, gradients = together(batch)
+    alone = jax.jit(jax.value_and_grad(potential), static_argnums=1)
+    for index, one in enumerate(sets):
+        value, gradient = alone(vector, layout, one)
+        np.testing.assert_allclose(values[index], value, rtol=1e-9)
+        np.testing.assert_allclose(gradients[index], gradient, rtol=1e-6, atol=1e-6)
+    assert alone._cache_size() == 1

@@ -65,5 +65,5 @@ def test_only_the_named_runs_keep_inertia(shipped: Problem) -> None:
     (before,) = solve(values, layout=shipped.layout, data=shipped.data)
     untouched, whole = solve(values, layout=found.layout, data=found.data)
     order = [0, 2, 3]
-    np.testing.assert_allclose(untouched.sensed, before.sensed[jnp.array(order)], atol=1e-9)
-    assert 0.0 < np.sqrt(np.mean((whole.sensed[0] - before.sensed[1]) ** 2)) < 0.5
+    np.testing.assert_allclose(untouched.averaged, before.averaged[jnp.array(order)], atol=1e-9)
+    assert 0.0 < np.sqrt(np.mean((whole.averaged[0] - before.averaged[1]) ** 2)) < 0.5

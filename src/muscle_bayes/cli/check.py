@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED
 from muscle_bayes.errors import MuscleBayesError
 
@@ -29,6 +30,7 @@ def check(
     ],
     json: JsonOption = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the figures.")] = _FIGURES,
+    device: DeviceOption = Device.cpu,
     seed: SeedOption = 0,
 ) -> None:
     """Predict RUN..., fitted or not, and tell how well the predictions agree with them.
@@ -46,6 +48,7 @@ def check(
     from muscle_bayes.inference.predictive import predict_runs
     from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
 
+    compute_on(device)
     fitted = Posterior.load(posterior)
     loaded = read_runs(runs)
     origins = {run.name: run.metadata.origin for run in loaded}

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 
 EXIT_NOT_CONVERGED = 1
 
@@ -47,6 +48,7 @@ def fit(
         float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
     ] = None,
     preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
+    device: DeviceOption = Device.cpu,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -62,6 +64,7 @@ def fit(
     from muscle_bayes.inference.posterior import Posterior
     from muscle_bayes.inference.summary import summarise
 
+    compute_on(device)
     loaded = read_runs(runs)
     if until is not None:
         loaded = [run.until(until) for run in loaded]

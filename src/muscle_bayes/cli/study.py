@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED, Preset
 
 
@@ -17,6 +18,7 @@ def study(
         "reports"
     ),
     preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
+    device: DeviceOption = Device.cpu,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -29,6 +31,7 @@ def study(
     from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.study.pipeline import Study, results, stages, unconverged
 
+    compute_on(device)
     console = Console()
     work = Study.of(runs, out, preset.value, seed, fit_progress)
     for stage in stages(work):

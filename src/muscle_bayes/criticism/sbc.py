@@ -78,7 +78,7 @@ def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
             continue
         lanes = tuple(
             group._replace(
-                reading=one.sensed
+                reading=one.averaged
                 + disturbances(jax.random.fold_in(parts[0], index), values, group, layout, regime)
             )
             for index, (group, one, regime) in enumerate(
@@ -113,7 +113,7 @@ def rank_data_set(template: Template, seed: int) -> dict[str, Any]:
     """
     problem = template.problem()
     truth, drawn = replicate(problem, seed)
-    drawn, draws = sample(drawn, EFFORT, seed=seed, workers=1)
+    drawn, draws, _ = sample(drawn, EFFORT, seed=seed, workers=1)
     expand = jax.jit(jax.vmap(jax.vmap(lambda v: constrain(v, drawn.layout, drawn.data))))
     posterior = _flat(named_values(drawn, expand(jnp.asarray(draws.vector))), 2)
     true = _flat(named_values(drawn, truth), 0)

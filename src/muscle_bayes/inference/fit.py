@@ -1,8 +1,11 @@
 """Fitting runs: mode, chains, posterior."""
 
+import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from time import perf_counter
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -13,7 +16,7 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.density import constrain
-from muscle_bayes.inference.kernel import prepare
+from muscle_bayes.inference.kernel import Preparation, prepare
 from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
@@ -48,6 +51,16 @@ def _improved(problem: Problem, mode: Mode) -> Problem:
     return solved_adequately(replace(problem, data=data), values)
 
 
+class Sampled(NamedTuple):
+    """Draws from a problem's posterior."""
+
+    problem: Problem
+    """As it was solved: with pivots and, where it matters, with inertia."""
+    draws: Draws
+    seconds: dict[str, float]
+    """Wall time of each stage; compiling the sampler goes on while the mode is searched."""
+
+
 @double_precision
 def sample(
     problem: Problem,
@@ -56,11 +69,9 @@ def sample(
     seed: int = 0,
     workers: int = 2,
     report: Callable[[str, int, int], None] = lambda stage, done, total: None,
-) -> tuple[Problem, Draws]:
-    """Draws from a problem's posterior, and the problem as it was solved; see `fit`.
-
-    `workers` chains advance side by side.
-    """
+) -> Sampled:
+    """Draws from a problem's posterior; see `fit`. `workers` chains advance side by side."""
+    begun = perf_counter()
     keys = jax.random.split(jax.random.key(seed), 2)
     tried = 0
 
@@ -71,14 +82,16 @@ def sample(
 
     preparation = prepare(problem.layout, problem.data)
     with ThreadPoolExecutor(1) as pool:
-        ready = pool.submit(lambda: preparation.kernel)
+        ready = pool.submit(_compiled, preparation)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
         better = _improved(problem, mode)
         if better.data is not problem.data:
             mode = refine(mode, better.layout, better.data)
         problem = better
         report("searching", STARTS, STARTS)
-        ready.result()
+        found = perf_counter()
+        compiling = ready.result()
+    waited = perf_counter()
     drawn = draw(
         keys[1],
         mode,
@@ -89,7 +102,20 @@ def sample(
         workers=workers,
         report=lambda done, total: report("sampling", done, total),
     )
-    return problem, drawn
+    seconds = {
+        "searching": found - begun,
+        "compiling": compiling,
+        "waiting": waited - found,
+        "sampling": perf_counter() - waited,
+    }
+    return Sampled(problem, drawn, seconds)
+
+
+def _compiled(preparation: Preparation) -> float:
+    """Compile the sampler's kernel; returns the seconds it took."""
+    begun = perf_counter()
+    _ = preparation.kernel
+    return perf_counter() - begun
 
 
 @double_precision
@@ -110,8 +136,11 @@ def fit(
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
     problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
-    problem, drawn = sample(problem, effort, seed=seed, report=report)
+    sampled = sample(problem, effort, seed=seed, report=report)
     report("predicting", 0, 1)
-    posterior = assemble(problem, drawn, effort.min_ess, seed)
+    begun = perf_counter()
+    posterior = assemble(sampled.problem, sampled.draws, effort.min_ess, seed)
+    seconds = sampled.seconds | {"predicting": perf_counter() - begun}
+    posterior.tree.attrs["seconds"] = json.dumps({k: round(v, 3) for k, v in seconds.items()})
     report("predicting", 1, 1)
     return posterior

@@ -102,7 +102,7 @@ def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -
 
 
 def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
-    """Response of one lane; `sensed` in readings above the reading at q = 0."""
+    """Response of one lane; `averaged` in readings above the reading at q = 0."""
     plant = plant_of(lane.plant, inputs.physical, layout)
     q, speed, hyst = inputs.origin
     both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
@@ -113,18 +113,18 @@ def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Respo
     else:
         moving = jnp.zeros(()) if speed is None else speed
         response = simulate_fast(plant, lane.schedule, q, moving, both)
-    return response._replace(sensed=response.sensed / lane.scale)
+    return response._replace(averaged=response.averaged / lane.scale)
 
 
 def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
-    """Response of every lane, `sensed` in the log's unit, one entry a group, lanes leading."""
+    """Response of every lane, `averaged` in the log's unit, one entry a group, lanes leading."""
     result = []
     physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
         def one(lane, origin, zero, regime=regime):
             response = _simulate(Inputs(physical, origin), lane, layout, regime)
-            return response._replace(sensed=zero + response.sensed)
+            return response._replace(averaged=zero + response.averaged)
 
         origins = _origins(values, lanes, data, regime, cut)
         result.append(jax.vmap(one)(lanes, origins, zeros_of(values, lanes, regime, cut)))
@@ -152,7 +152,7 @@ def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
     def predict(leaves: Array, lane: Lanes) -> LanePrediction:
         inputs = jax.tree.unflatten(structure, list(leaves))
         response = _simulate(inputs, lane, layout, regime)
-        return LanePrediction(response.sensed, None, response.finite * 1.0)
+        return LanePrediction(response.averaged, None, response.finite * 1.0)
 
     return jax.jit(with_forward_jacobian(predict))
 
@@ -181,9 +181,9 @@ def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
 
         starts = lane.pivot + jnp.stack([aside, -aside])
         sides = jax.vmap(jax.vmap(from_start))(starts)
-        above, below = sides.sensed
+        above, below = sides.averaged
         reach = (above - below).T / (2.0 * START_SHARE)
-        return LanePrediction(sides.sensed.mean((0, 1)), reach, sides.finite.all() * 1.0)
+        return LanePrediction(sides.averaged.mean((0, 1)), reach, sides.finite.all() * 1.0)
 
     return jax.jit(with_forward_jacobian(predict))
 

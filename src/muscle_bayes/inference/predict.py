@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from muscle_bayes.inference.batches import in_batches
 from muscle_bayes.inference.density import NoiseParameters, noise_of
 from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.noise import reading_variance
@@ -54,7 +55,7 @@ class Prediction(NamedTuple):
 
 @partial(jax.jit, static_argnames="layout")
 def _responses(draws: dict[str, Array], layout: Layout, data: Data):
-    return jax.lax.map(lambda values: responses(values, layout, data), draws, batch_size=4)
+    return in_batches(lambda values: responses(values, layout, data), draws)
 
 
 @partial(jax.jit, static_argnames=("layout", "regime"))
@@ -103,7 +104,7 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
 
 def _piece(lanes: Lanes, lane: int, response, extra) -> dict[str, np.ndarray]:
     seen = np.asarray(lanes.weight[lane] > 0)
-    model = np.asarray(response.sensed[:, lane])[:, seen]
+    model = np.asarray(response.averaged[:, lane])[:, seen]
     temperature = lanes.schedule.temperature[lane, 1:, 0]
     return {
         "time": np.asarray(lanes.time[lane])[seen],

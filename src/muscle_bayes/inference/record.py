@@ -13,7 +13,7 @@ from muscle_bayes.inference.rig import has_muscle, restores
 from muscle_bayes.inference.thermometer import braking, course
 from muscle_bayes.physics.schedule import Schedule
 
-SLOW_INTERVALS = 1000
+SLOW_INTERVALS = 700
 """Most intervals into which a slow run is divided for its temperature's sake."""
 TEMPERATURE_TOLERANCE = 0.02
 """Error of temperature between nodes that the intervals of a slow run aim at, C."""

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -60,8 +60,7 @@ def _swing_rates(
         plant = plant_of(lane.plant, physical, layout)
         schedule = lane.schedule
         drive = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
-        q = lane.scale * response.sensed
-        return jax.vmap(partial(swing_rate, plant))(q, response.hyst, drive)
+        return jax.vmap(partial(swing_rate, plant))(response.sensed, response.hyst, drive)
 
     return jax.vmap(of_lane)(lanes, response)
 
@@ -76,16 +75,6 @@ def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
 
 
-def _zeroed(values: Values, layout: Layout) -> dict[str, Any]:
-    """The values with every zero of the potentiometer taken out of its start as well."""
-    own = dict(values)
-    for regime in set(layout.regimes):
-        if (zero := own.get(f"{regime}.zero")) is not None:
-            own[f"{regime}.start"] = own[f"{regime}.start"] - zero
-            own[f"{regime}.zero"] = jnp.zeros_like(zero)
-    return own
-
-
 def _is_reduced(lanes: Lanes, regime: str) -> bool:
     return regime == "slow" and lanes.fine is None
 
@@ -95,7 +84,6 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
     if not names:
         return problem
     layout, data = problem.layout, problem.data
-    values = _zeroed(values, layout)
     reduced = _responses(values, layout, data)
     parts = []
     groups = zip(
@@ -136,7 +124,6 @@ def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionErr
     if not slow:
         return {}
     whole = with_inertia(problem, values, slow)
-    values = _zeroed(values, layout)
     found = {}
     groups = zip(
         data.lanes,
@@ -147,7 +134,7 @@ def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionErr
     )
     for lanes, reduced, full, owners in groups:
         lasting = np.diff(np.asarray(lanes.schedule.time), axis=1) > 0.0
-        distance = np.asarray(full.sensed - reduced.sensed)
+        distance = np.asarray(full.averaged - reduced.averaged)
         for lane, owner in enumerate(owners):
             run = problem.runs[owner]
             if run.name in slow:

@@ -11,6 +11,7 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.inference.batches import in_batches
 from muscle_bayes.inference.density import lane_fits
 from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.predict import Draws
@@ -216,7 +217,7 @@ def _misfit(
         slope, found = jax.jacfwd(errors, has_aux=True)(*argument)
         return found, slope
 
-    return jax.lax.map(one, (free, draws), batch_size=4)
+    return in_batches(one, (free, draws))
 
 
 def _settle(

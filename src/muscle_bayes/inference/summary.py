@@ -39,6 +39,7 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
         "effects": list(posterior.effects),
         "runs": _fitted_runs(posterior),
         "seed": int(posterior.tree.attrs["seed"]),
+        "seconds": json.loads(posterior.tree.attrs["seconds"]),
         "versions": json.loads(posterior.tree.attrs["versions"]),
         "checksums": json.loads(posterior.tree.attrs["runs"]),
     }

@@ -23,6 +23,8 @@ class Response(NamedTuple):
 
     sensed: Float[Array, " interval"]
     """Coordinate that the sensor shows [rad or m]: mid-interval if slow, at its end if fast."""
+    averaged: Float[Array, " interval"]
+    """The same as its mean over the interval if slow, at its end if fast: what readings show."""
     hyst: Float[Array, "interval 2"]
     """sigma_hyst of sides A and B at the interval's end."""
     speed: Float[Array, " interval"]
@@ -103,10 +105,15 @@ def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array
     middle = 0.5 * (schedule.temperature[1:] + schedule.temperature[:-1])
     drives = Drive(middle, schedule.load, schedule.applied)
     sensed = jax.vmap(plant.sensed)(states.q_middle, states.hyst, drives)
+    begun = jnp.concatenate([q[None], states.q[:-1]])
+    mean = 0.25 * (begun + 2.0 * states.q_middle + states.q)
+    averaged = jax.vmap(plant.sensed)(mean, states.hyst, drives)
     duration = jnp.diff(schedule.time)
-    moved = jnp.diff(jnp.concatenate([q[None], states.q]))
-    speed = jnp.where(duration > 0.0, moved / jnp.where(duration > 0.0, duration, 1.0), 0.0)
-    return Response(sensed, states.hyst, speed, _all_finite(sensed, states.hyst, speed))
+    speed = jnp.where(
+        duration > 0.0, (states.q - begun) / jnp.where(duration > 0.0, duration, 1.0), 0.0
+    )
+    finite = _all_finite(averaged, states.hyst, speed)
+    return Response(sensed, averaged, states.hyst, speed, finite)
 
 
 def simulate_fast(
@@ -118,7 +125,7 @@ def simulate_fast(
     drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
     sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
     finite = _all_finite(sensed, states.hyst, states.speed)
-    return Response(sensed, states.hyst, states.speed, finite)
+    return Response(sensed, sensed, states.hyst, states.speed, finite)
 
 
 def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
@@ -127,6 +134,19 @@ def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array
     first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
     whole = simulate_fast(plant, schedule, q, jnp.zeros_like(q), hyst)
+    start = plant.sensed(q, hyst, first)
+    ends = jnp.concatenate([start[None], whole.sensed])
+    steps = jnp.diff(schedule.time)
+    area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(0.5 * (ends[1:] + ends[:-1]) * steps)])
+    last = grid.end + 1
+    before = jnp.concatenate([jnp.zeros(1, last.dtype), last[:-1]])
+    duration = schedule.time[last] - schedule.time[before]
+    lasts = duration > 0.0
+    mean = (area[last] - area[before]) / jnp.where(lasts, duration, 1.0)
     return Response(
-        whole.sensed[grid.middle], whole.hyst[grid.end], whole.speed[grid.end], whole.finite
+        sensed=whole.sensed[grid.middle],
+        averaged=jnp.where(lasts, mean, whole.sensed[grid.end]),
+        hyst=whole.hyst[grid.end],
+        speed=whole.speed[grid.end],
+        finite=whole.finite,
     )

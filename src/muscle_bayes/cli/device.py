@@ -1,0 +1,41 @@
+"""Which device computes: chosen before JAX starts."""
+
+import os
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from muscle_bayes.errors import MuscleBayesError
+
+
+class Device(StrEnum):
+    """Kinds of devices."""
+
+    cpu = "cpu"
+    gpu = "gpu"
+
+
+DeviceOption = Annotated[
+    Device, typer.Option("--device", help="What computes; gpu needs JAX with CUDA or ROCm.")
+]
+
+
+def compute_on(device: Device) -> None:
+    """Have JAX compute on this kind of device. Must be called before anything is computed.
+
+    Raises MuscleBayesError where JAX finds no such device.
+    """
+    import jax
+
+    jax.config.update("jax_platforms", "cpu" if device is Device.cpu else None)
+    if device is Device.cpu:
+        return
+    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
+    try:
+        jax.devices("gpu")
+    except RuntimeError:
+        raise MuscleBayesError(
+            "--device gpu: JAX finds no GPU. Mend: install JAX with CUDA (`pip install "
+            "'jax[cuda13]'`) on a machine that has one, or use --device cpu"
+        ) from None
