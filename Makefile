@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc real
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc real bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -57,8 +57,23 @@ real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
 
+BENCH := .venv-bench
+BENCH_READY := $(BENCH)/.ready
+$(BENCH_READY): requirements.lock benchmarks/requirements.lock pyproject.toml scripts/find-python
+	@python=$$(sh scripts/find-python) && echo "setting up $(BENCH) with $$python" && "$$python" -m venv --clear $(BENCH)
+	@$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock --requirement benchmarks/requirements.lock
+	@$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+bench: $(BENCH_READY) ## race the gradient against other solvers and write docs/benchmarks.md
+	@$(BENCH)/bin/python -m benchmarks.gradient
+	@$(BENCH)/bin/python -m benchmarks.table
+
+bench-lock: ## pin what only the benchmarks need (needs uv)
+	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --constraint requirements.lock benchmarks/requirements.in --output-file benchmarks/requirements.lock
+
 lock: ## pin every dependency again (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml --output-file requirements.lock
 
 clean: ## remove the environment and caches
-	rm -rf $(VENV) .cache firmware/build
+	rm -rf $(VENV) .venv-bench .cache firmware/build

@@ -1,0 +1,1 @@
+"""Ways to find the log posterior and its gradient, one file each."""
