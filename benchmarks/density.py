@@ -1,6 +1,7 @@
 """The log posterior around a competitor's simulation: cheap, smooth, and the same for all."""
 
 from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +20,14 @@ from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.quasistatic import settle
+
+
+def means(values: Any) -> Any:
+    """Means over intervals from values at the course's instants, along the first axis.
+
+    (beginning + 2 middle + end) / 4, as our model takes them.
+    """
+    return 0.25 * (values[:-1:2] + 2.0 * values[1::2] + values[2::2])
 
 
 def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lane input"]:
@@ -52,7 +61,7 @@ def inputs_of(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[A
 def log_posterior(
     vector: Float[Array, " n"], q: Float[Array, "lane interval"], layout: Layout, data: Data
 ) -> Float[Array, ""]:
-    """Log posterior density of the unconstrained vector where the lanes' coordinates [rad] are known."""
+    """Log posterior density of the unconstrained vector where the lanes' mean coordinates are known."""
     (lanes,) = data.lanes
     missing = lanes.reading.shape[1] - q.shape[1]
     reading = jnp.pad(q, ((0, 0), (0, missing)), mode="edge") / lanes.scale[:, None]
@@ -68,7 +77,7 @@ def value_and_gradient(
     layout: Layout,
     data: Data,
 ) -> tuple[Float[Array, ""], Float[Array, " n"]]:
-    """Log posterior and its gradient from coordinates and their derivatives in the inputs.
+    """Log posterior and its gradient from mean coordinates [rad] and their derivatives in the inputs.
 
     The straight line through q with slope `jacobian` has q's value and derivative at the vector.
     """

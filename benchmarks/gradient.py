@@ -179,7 +179,7 @@ def run() -> dict:
     others = ("C loop alone", "our simulation alone", "ours, prior median", "floor, prior median")
     return {
         "machine": machine(PACKAGES),
-        "intervals": [lane.middles.size for lane in floor.lanes],
+        "intervals": [lane.intervals for lane in floor.lanes],
         "unknowns": int(vector.size),
         "own_error": own,
         "coarse_error": COARSE_ERROR,

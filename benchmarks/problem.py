@@ -57,9 +57,9 @@ class Lane(NamedTuple):
     course: Course
 
     @property
-    def middles(self) -> Float[np.ndarray, " interval"]:
-        """Times at which the coordinate is wanted [s]."""
-        return self.course.time[1::2]
+    def intervals(self) -> int:
+        """Number of intervals over which readings are averaged."""
+        return self.course.time.size // 2
 
 
 def posed(names: tuple[str, ...] = STAIRCASES) -> Problem:

@@ -6,11 +6,11 @@ from jaxtyping import Float
 from benchmarks.competitors.c_floor import CFloor
 from benchmarks.competitors.lsoda import Lsoda
 from benchmarks.competitors.protocol import Coordinates
+from benchmarks.density import means
 from benchmarks.problem import Course, count_of
 from muscle_bayes.inference.problem import Problem
 
 FINER = 31
-"""Odd, so that the middle of an interval stays the middle of one."""
 STRICT = 2e-5, 1e-10
 """Damping [N m s/rad] and tolerance of the independent solution."""
 
@@ -26,14 +26,14 @@ def refined(course: Course, times: int) -> Course:
 
 
 def reference(problem: Problem, vector: Float[np.ndarray, " n"]) -> Coordinates:
-    """Coordinates in the middles of the intervals [rad], the floor's steps FINER times finer."""
+    """Mean coordinates of the intervals [rad], the floor's steps FINER times finer."""
     floor = CFloor(problem)
     pairs = zip(floor.lanes, floor.inputs(vector), strict=True)
     fine = [
         floor.solve(lane._replace(course=refined(lane.course, FINER)), inputs)
         for lane, inputs in pairs
     ]
-    return np.stack([q[FINER // 2 :: FINER] for q in fine])
+    return np.stack([means(q[::FINER]) for q in fine])
 
 
 def independent(problem: Problem, vector: Float[np.ndarray, " n"]) -> Coordinates:

@@ -53,7 +53,7 @@ class CFloor(Simulator):
     def sensitivities(
         self, lane: Lane, inputs: Float[np.ndarray, " input"]
     ) -> tuple[np.ndarray, np.ndarray]:
-        size = lane.course.time.size // 2
+        size = lane.course.time.size
         rig = np.array(
             [
                 lane.radius,
@@ -72,7 +72,7 @@ class CFloor(Simulator):
         self._library.staircase(
             _pointer(rig),
             _pointer(start),
-            ctypes.c_int(size),
+            ctypes.c_int(lane.intervals),
             *(_pointer(values) for values in arrays),
             _pointer(q),
             _pointer(jacobian),

@@ -61,7 +61,7 @@ def _integrator(lane: Lane, typical: np.ndarray, damping: float, tolerance: floa
     inputs = casadi.MX.sym("inputs", len(Inputs._fields))
     start = inputs[10:12] * casadi.DM(typical[10:12])
     states = solver(x0=start, p=casadi.vertcat(inputs[:10], inputs[12]), u=lines)["xf"]
-    return casadi.Function("coordinates", [inputs], [states[0, 0::2].T])
+    return casadi.Function("coordinates", [inputs], [casadi.horzcat(start[0], states[0, :]).T])
 
 
 class CasadiCvodes(Simulator):

@@ -243,16 +243,24 @@ static double path(const rig *r, const double *p, double *q, double hyst, heat t
     return x.force_s * softness;
 }
 
-/* Coordinates in the middles of `intervals` intervals [rad] and their derivatives in the inputs.
+static void written(double q, const double *dq, double **coordinate, double **jacobian)
+{
+    *(*coordinate)++ = q;
+    for (int i = 0; i < INPUTS; i++)
+        *(*jacobian)++ = dq[i];
+}
+
+/* Coordinates [rad] at nodes and middles of `intervals` intervals and their derivatives in the inputs.
  * time, base, lead: nodes and middles by turns, 2 intervals + 1 of each. */
 void staircase(const rig *r, const double *inputs, int intervals, const double *time, const double *base,
-               const double *lead, double *middle, double *jacobian)
+               const double *lead, double *coordinate, double *jacobian)
 {
     const double *p = inputs;
     double q = p[Q0], hyst = p[HYST0];
     vector dq = {0}, ds = {0}, dalong, dfirst, dmove, dq_late, ds_late;
     relaxation now, late;
     dq[Q0] = ds[HYST0] = 1.0;
+    written(q, dq, &coordinate, &jacobian);
     for (int n = 0; n < intervals; n++) {
         double h = time[2 * n + 2] - time[2 * n];
         heat half = heat_at(r, p, base[2 * n + 1], lead[2 * n + 1]);
@@ -276,9 +284,7 @@ void staircase(const rig *r, const double *inputs, int intervals, const double *
         hyst += move;
         EACH dq[i] += 0.5 * (dalong[i] * move + along * dmove[i]);
         EACH ds[i] += dmove[i];
-        middle[n] = q;
-        for (int i = 0; i < INPUTS; i++)
-            jacobian[n * INPUTS + i] = dq[i];
+        written(q, dq, &coordinate, &jacobian);
 
         int moved;
         q = play(r, p, q, hyst, end, &moved);
@@ -286,5 +292,6 @@ void staircase(const rig *r, const double *inputs, int intervals, const double *
             state x = state_at(r, p, q, hyst, end);
             play_along(r, &x, end, moved, ds, dq);
         }
+        written(q, dq, &coordinate, &jacobian);
     }
 }

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from benchmarks.competitors.protocol import Competitor, Coordinates, Gradient
-from benchmarks.density import lane_inputs, log_posterior, value_and_gradient
+from benchmarks.density import lane_inputs, log_posterior, means, value_and_gradient
 from benchmarks.ode import Inputs, rates
 from benchmarks.problem import Lane, lanes_of
 from muscle_bayes.inference.density import constrain
@@ -48,7 +48,7 @@ def _solve(
     settings: Settings,
     adjoint: diffrax.AbstractAdjoint,
 ) -> Float[Array, " interval"]:
-    """Coordinates in the middles of one lane's intervals [rad]."""
+    """Mean coordinates of one lane's intervals [rad]."""
     damping, tolerance = settings
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(_field),
@@ -58,7 +58,7 @@ def _solve(
         0.1,
         (inputs[-3], inputs[-2]),
         (lane, inputs, damping),
-        saveat=diffrax.SaveAt(ts=lane.course.time[1::2]),
+        saveat=diffrax.SaveAt(ts=lane.course.time),
         stepsize_controller=diffrax.PIDController(
             rtol=tolerance, atol=tolerance, dtmax=LONGEST_STEP
         ),
@@ -68,7 +68,8 @@ def _solve(
     )
     if solution.ys is None:
         raise ValueError("nothing was saved")
-    return jnp.where(solution.result == diffrax.RESULTS.successful, solution.ys[0], jnp.nan)
+    found = solution.result == diffrax.RESULTS.successful
+    return jnp.where(found, means(solution.ys[0]), jnp.nan)
 
 
 # Lanes are solved one after the other: side by side all would wait for the slowest at every step.

@@ -58,12 +58,12 @@ class Lsoda(Simulator):
             (time[0], time[-1]),
             (p.q, p.hyst),
             method="LSODA",
-            t_eval=lane.middles,
+            t_eval=lane.course.time,
             rtol=self.tolerance,
             atol=(self.tolerance, 0.1 * self.tolerance),
             max_step=LONGEST_STEP,
         )
-        return solution.y[0] if solution.success else np.full(lane.middles.size, np.nan)
+        return solution.y[0] if solution.success else np.full(len(time), np.nan)
 
     def sensitivities(
         self, lane: Lane, inputs: Float[np.ndarray, " input"]

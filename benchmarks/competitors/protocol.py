@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.density import inputs_of, value_and_gradient
+from benchmarks.density import inputs_of, means, value_and_gradient
 from benchmarks.problem import Lane, lanes_of
 from muscle_bayes.inference.problem import Problem
 
@@ -28,7 +28,7 @@ class Competitor(ABC):
 
     @abstractmethod
     def coordinates(self, vector: Float[np.ndarray, " n"]) -> Coordinates:
-        """Coordinates in the middles of the intervals [rad] at an unconstrained vector."""
+        """Mean coordinates of the intervals [rad] at an unconstrained vector."""
 
     @abstractmethod
     def __call__(self, vector: Float[np.ndarray, " n"]) -> Gradient:
@@ -44,13 +44,13 @@ class Simulator(Competitor):
 
     @abstractmethod
     def solve(self, lane: Lane, inputs: Float[np.ndarray, " input"]) -> np.ndarray:
-        """Coordinates [rad] in the middles of a lane's intervals."""
+        """Coordinates [rad] at the instants of a lane's course."""
 
     @abstractmethod
     def sensitivities(
         self, lane: Lane, inputs: Float[np.ndarray, " input"]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates [rad], and their derivatives (interval, input) in `problem.INPUTS`."""
+        """Coordinates [rad], and their derivatives (instant, input) in `problem.INPUTS`."""
 
     def inputs(self, vector: Float[np.ndarray, " n"]) -> Float[np.ndarray, "lane input"]:
         """What each lane's simulation depends on."""
@@ -58,14 +58,14 @@ class Simulator(Competitor):
 
     def coordinates(self, vector: Float[np.ndarray, " n"]) -> Coordinates:
         pairs = zip(self.lanes, self.inputs(vector), strict=True)
-        return np.stack([self.solve(lane, one) for lane, one in pairs])
+        return np.stack([means(self.solve(lane, one)) for lane, one in pairs])
 
     def jacobians(self, vector: Float[np.ndarray, " n"]) -> tuple[Any, Any]:
-        """Coordinates [rad] and their derivatives in the inputs, lanes leading."""
+        """Mean coordinates [rad] and their derivatives in the inputs, lanes leading."""
         pairs = zip(self.lanes, self.inputs(vector), strict=True)
         solved = [self.sensitivities(lane, one) for lane, one in pairs]
         q, jacobian = zip(*solved, strict=True)
-        return np.stack(q), np.stack(jacobian)
+        return np.stack([means(one) for one in q]), np.stack([means(one) for one in jacobian])
 
     def __call__(self, vector: Float[np.ndarray, " n"]) -> Gradient:
         q, jacobian = self.jacobians(vector)
