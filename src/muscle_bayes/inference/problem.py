@@ -15,6 +15,7 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference import prior
 from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.record import Record, is_slow, record_of, segments
 from muscle_bayes.inference.rig import has_muscle, rig
 from muscle_bayes.physics.effect import Scales
@@ -65,7 +66,7 @@ class Data(NamedTuple):
     """Everything that changes from one data set to another of the same layout."""
 
     lanes: tuple[Lanes, ...]
-    priors: dict[str, dist.Distribution]
+    priors: Priors
     base_length: Float[Array, ""]
     """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
     tension: Float[Array, ""]
@@ -238,7 +239,7 @@ def pose(
     ]
     shapes = tuple((name, tuple(site.prior.shape())) for name, site in sites.items())
     layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
-    priors = {name: site.prior for name, site in sites.items()}
+    priors = Priors({name: site.prior for name, site in sites.items()})
     base_length = np.asarray(lengths[0] if lengths else 1.0)
     lever = np.asarray(size.force / size.tension)
     arrays = Data(tuple(lanes), priors, base_length, np.asarray(size.tension), lever)

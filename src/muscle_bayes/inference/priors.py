@@ -1,0 +1,48 @@
+"""Priors by name, as data of a compiled program."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import jax
+import numpyro.distributions as dist
+
+type Family = tuple[type[dist.Distribution], tuple[str, ...]]
+"""A distribution's class and the names of its parameters."""
+
+
+@jax.tree_util.register_pytree_node_class
+class Priors(Mapping[str, dist.Distribution]):
+    """Distributions by name; their parameters are the leaves, in an order that is always the same.
+
+    A NumPyro distribution is a pytree too, but orders its leaves by a set of strings: each process
+    another way, so that programs compiled by an earlier one would not be recognised.
+    """
+
+    def __init__(self, priors: Mapping[str, dist.Distribution]) -> None:
+        self._families: dict[str, Family] = {}
+        self._parameters: dict[str, tuple[Any, ...]] = {}
+        for name, prior in priors.items():
+            keys = tuple(sorted(type(prior).arg_constraints))
+            self._families[name] = type(prior), keys
+            self._parameters[name] = tuple(getattr(prior, key) for key in keys)
+
+    def __getitem__(self, name: str) -> dist.Distribution:
+        family, keys = self._families[name]
+        parameters = zip(keys, self._parameters[name], strict=True)
+        return family(**dict(parameters), validate_args=False)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._families)
+
+    def __len__(self) -> int:
+        return len(self._families)
+
+    def tree_flatten(self) -> tuple[tuple[Any, ...], Any]:
+        return tuple(self._parameters.values()), tuple(self._families.items())
+
+    @classmethod
+    def tree_unflatten(cls, families: Any, parameters: tuple[Any, ...]) -> "Priors":
+        made = cls({})
+        made._families = dict(families)
+        made._parameters = dict(zip(made._families, parameters, strict=True))
+        return made

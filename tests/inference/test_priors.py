@@ -1,0 +1,58 @@
+"""Priors pass through compiled programs, and these are the same ones in every process."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+
+from muscle_bayes.inference.priors import Priors
+
+DATA = Path(__file__).parents[2] / "data"
+GIVEN = {
+    "J": dist.LogNormal(jnp.asarray(-6.0), 2.0),
+    "softening": dist.Beta(2.0, 3.0),
+    "zero": dist.Normal(jnp.array([510.0, 513.0]), 2.0),
+    "size": dist.HalfNormal(0.3),
+}
+LOWERED = """
+import hashlib, sys
+import jax
+from muscle_bayes.data import read_runs
+from muscle_bayes.inference.density import potential
+from muscle_bayes.inference.problem import pose
+
+with jax.enable_x64(True):
+    problem = pose(read_runs([sys.argv[1]]))
+    size = sum(1 if not shape else shape[0] for _, shape in problem.layout.shapes)
+    program = jax.jit(potential, static_argnums=1).lower(
+        jax.ShapeDtypeStruct((size,), "float64"), problem.layout, problem.data
+    )
+print(hashlib.sha256(program.as_text().encode()).hexdigest())
+"""
+
+
+def test_they_are_the_distributions_given() -> None:
+    passed = jax.jit(lambda priors: priors)(Priors(GIVEN))
+    assert list(passed) == list(GIVEN)
+    for name, prior in GIVEN.items():
+        assert type(passed[name]) is type(prior)
+        assert passed[name].shape() == prior.shape()
+        at = prior.sample(jax.random.key(1))
+        np.testing.assert_allclose(passed[name].log_prob(at), prior.log_prob(at), rtol=1e-6)
+        assert passed[name].support is prior.support
+
+
+def test_programs_do_not_depend_on_the_process() -> None:
+    """Else nothing that an earlier process compiled would be found again."""
+    found = set()
+    for seed in ("1", "2", "3"):
+        command = [sys.executable, "-c", LOWERED, str(DATA / "staircase-139g.csv")]
+        environment = os.environ | {"PYTHONHASHSEED": seed}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        found.add(done.stdout.strip())
+    assert len(found) == 1
