@@ -101,19 +101,30 @@ def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -
     return Origin(lanes.scale * first, speed, hyst)
 
 
+@lru_cache(maxsize=64)
+def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Response]:
+    """Response of one lane. One function object per layout: JAX traces it once, wherever it is used."""
+
+    @jax.jit
+    def simulate(inputs: Inputs, lane: Lanes) -> Response:
+        plant = plant_of(lane.plant, inputs.physical, layout)
+        q, speed, hyst = inputs.origin
+        both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
+        if lane.fine is not None:
+            response = simulate_inertial(plant, lane.fine, q, both)
+        elif regime == "slow":
+            response = simulate_slow(plant, lane.schedule, q, both)
+        else:
+            moving = jnp.zeros(()) if speed is None else speed
+            response = simulate_fast(plant, lane.schedule, q, moving, both)
+        return response._replace(averaged=response.averaged / lane.scale)
+
+    return simulate
+
+
 def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
     """Response of one lane; `averaged` in readings above the reading at q = 0."""
-    plant = plant_of(lane.plant, inputs.physical, layout)
-    q, speed, hyst = inputs.origin
-    both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
-    if lane.fine is not None:
-        response = simulate_inertial(plant, lane.fine, q, both)
-    elif regime == "slow":
-        response = simulate_slow(plant, lane.schedule, q, both)
-    else:
-        moving = jnp.zeros(()) if speed is None else speed
-        response = simulate_fast(plant, lane.schedule, q, moving, both)
-    return response._replace(averaged=response.averaged / lane.scale)
+    return _simulator(layout, regime)(inputs, lane)
 
 
 def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
