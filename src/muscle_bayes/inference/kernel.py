@@ -1,4 +1,4 @@
-"""One chain's transitions: NumPyro's HMC on whitened coordinates within a Gibbs sampler, compiled."""
+"""One chain's transitions: Hamiltonian trajectories in whitened coordinates within a Gibbs sampler."""
 
 from collections.abc import Callable
 from functools import cached_property, lru_cache
@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
-from numpyro.infer.hmc import hmc
 from numpyro.infer.hmc_util import dual_averaging
 
 from muscle_bayes.inference.bend import unbent, unbent_smooth
@@ -34,6 +33,8 @@ MOST_STEPS = 128
 """Leapfrog steps after which a trajectory ends in any case."""
 ADAPTED_STEPS = 0.1, 2.0
 """Range of adapted steps. A start on the far side of a jump of the density rejects steps of any length."""
+LARGEST_RISE = 1000.0
+"""Rise of the energy over a trajectory beyond which it counts as divergent."""
 ADAPTATION = dual_averaging(gamma=0.2)
 """Start and update of the adaptation of the leapfrog step: gentle, for a few rejections at the start must
 not make steps tiny."""
@@ -42,7 +43,8 @@ not make steps tiny."""
 class ChainState(NamedTuple):
     """Where a chain is."""
 
-    hmc: Any
+    z: Float[Array, " smooth"]
+    """Whitened smooth entries."""
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
     key: Array
@@ -65,6 +67,7 @@ class Transition(NamedTuple):
     """Leapfrog steps."""
     acceptance: Float[Array, ""]
     energy: Float[Array, ""]
+    """Potential and kinetic, at the trajectory's start."""
     log_density: Float[Array, ""]
 
 
@@ -73,7 +76,25 @@ def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
     log_step = state.adaptation[1]
     start, _, slope, count, _ = ADAPTATION[0](log_step)
     adaptation = (start + log_step, log_step, slope, count, log_step)
-    return state._replace(hmc=state.hmc._replace(z=jnp.asarray(z)), adaptation=adaptation)
+    return state._replace(z=jnp.asarray(z), adaptation=adaptation)
+
+
+class _Trajectory(NamedTuple):
+    """Where a trajectory is."""
+
+    z: Float[Array, " smooth"]
+    momentum: Float[Array, " smooth"]
+    rest: Float[Array, " n"]
+    evaluated: Int[Array, ""]
+    """Points so far."""
+    steps: Int[Array, ""]
+    """To make."""
+    begun: Float[Array, ""]
+    """Potential at the start; and with kinetic energy:"""
+    begun_whole: Float[Array, ""]
+    ended: Float[Array, ""]
+    """The same at the last point."""
+    ended_whole: Float[Array, ""]
 
 
 class Kernel(NamedTuple):
@@ -98,79 +119,106 @@ def _kernel(layout: Layout) -> Kernel:
         bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
         return unbent_smooth(bent, white.bend, layout, data)
 
-    def density_of(white: Whitening, data: Data, rest: Array) -> Callable:
-        def energy(z: Array) -> Array:
-            vector, log_volume = point_of(z, white, data, rest)
-            return potential(vector, layout, data) - log_volume
-
-        return energy
-
-    begin, sample = hmc(potential_fn_gen=density_of, algo="HMC")
     begin_adaptation, adapt = ADAPTATION
 
     @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
-        key_z, key_hmc, key_noise, key_rest = jax.random.split(key, 4)
+        key_z, key_noise, key_rest = jax.random.split(key, 3)
         middle = unbent(white.centre, white.bend, layout, data).vector
         rest = disperse(key_noise, middle, white.noise, layout)
-        hmc_state = begin(
-            jax.random.normal(key_z, (inner.size,)),
-            num_warmup=0,
-            adapt_step_size=False,
-            adapt_mass_matrix=False,
-            trajectory_length=LONGEST_TRAJECTORY,
-            model_args=(white, data, rest),
-            rng_key=key_hmc,
-        )
-        # `iterate` computes energy and gradient itself: so dropped, they are not even compiled here.
+        z = jax.random.normal(key_z, (inner.size,))
+        return ChainState(z, rest, key_rest, begin_adaptation())
+
+    def trajectory(
+        keys: tuple[Array, Array],
+        z: Array,
+        rest: Array,
+        white: Whitening,
+        data: Data,
+        step_of: Callable[[Array], tuple[Array, Array]],
+    ) -> _Trajectory:
+        """Leapfrog steps from z, the noise drawn anew at its start.
+
+        One simulation with its derivatives serves each point, and the noise's move at the first:
+        written as one loop, for a program that simulates in one place compiles in half the time.
+        `step_of(rest)` gives length and number of the steps.
+        """
+        key_noise, key_momentum = keys
+
+        def evaluate(now: _Trajectory) -> _Trajectory:
+            def simulate(z: Array) -> list[LanePrediction]:
+                vector, _ = point_of(z, white, data, now.rest)
+                return predictions(constrain(vector, layout, data), layout, data)
+
+            predicted, pull_back = jax.vjp(simulate, now.z)
+            first = now.evaluated == 0
+
+            def drawn() -> Array:
+                vector, _ = point_of(now.z, white, data, now.rest)
+                moved = move_noise(key_noise, predicted, vector, white.noise, layout, data)
+                return now.rest.at[noise].set(moved[noise])
+
+            rest = jax.lax.cond(first, drawn, lambda: now.rest)
+            step, count = step_of(rest)
+
+            def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
+                vector, log_volume = point_of(z, white, data, rest)
+                return potential_given(predicted, vector, layout, data) - log_volume
+
+            energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, now.z)
+            gradient = direct + pull_back(through)[0]
+            last = now.evaluated == count
+            before = energy + 0.5 * now.momentum @ now.momentum
+            share = jnp.where(first | last, 0.5, 1.0)
+            momentum = now.momentum - share * step * gradient
+            after = energy + 0.5 * momentum @ momentum
+            return _Trajectory(
+                z=jnp.where(last, now.z, now.z + step * momentum),
+                momentum=momentum,
+                rest=rest,
+                evaluated=now.evaluated + 1,
+                steps=count,
+                begun=jnp.where(first, energy, now.begun),
+                begun_whole=jnp.where(first, before, now.begun_whole),
+                ended=energy,
+                ended_whole=after,
+            )
+
         none = jnp.zeros(())
-        hmc_state = hmc_state._replace(
-            potential_energy=none, energy=none, z_grad=jnp.zeros(inner.size)
-        )
-        return ChainState(hmc_state, rest, key_rest, begin_adaptation())
+        momentum = jax.random.normal(key_momentum, z.shape)
+        counts = jnp.asarray(0), jnp.asarray(1)
+        begun = _Trajectory(z, momentum, rest, *counts, none, none, none, none)
+        return jax.lax.while_loop(lambda now: now.evaluated <= now.steps, evaluate, begun)
 
     def iterate(
         state: ChainState, white: Whitening, data: Data, step: Array
     ) -> tuple[ChainState, Transition]:
-        key, key_noise, key_length, key_walled = jax.random.split(state.key, 4)
-        hmc_state = state.hmc
-        vector, _ = point_with(hmc_state.z, white, data, state.rest)
+        key, key_length, key_accept, key_walled, *keys = jax.random.split(state.key, 6)
+        vector, _ = point_with(state.z, white, data, state.rest)
         rest = state.rest.at[outer].set(bent_walls(vector, layout, data)[outer])
-
-        # One simulation with its derivatives serves the noise's move and the start of a trajectory.
-        def simulate(z: Array) -> list[LanePrediction]:
-            vector, _ = point_of(z, white, data, rest)
-            return predictions(constrain(vector, layout, data), layout, data)
-
-        predicted, pull_back = jax.vjp(simulate, hmc_state.z)
-        drawn = move_noise(key_noise, predicted, vector, white.noise, layout, data)
-        rest = rest.at[noise].set(drawn[noise])
-
-        def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
-            vector, log_volume = point_of(z, white, data, rest)
-            return potential_given(predicted, vector, layout, data) - log_volume
-
-        energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, hmc_state.z)
-        gradient = direct + pull_back(through)[0]
-        # Where misfit is small the others are known well: steps that are right elsewhere go astray there.
-        lasting = lasting_misfit(rest[noise], reading_spacing(layout, data))
-        misfit = jnp.exp(jnp.min(lasting - white.misfit))
-        scale = jnp.clip(misfit, SHORTEST_STEP, 1.0)
         adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
         step = jnp.where(step > 0.0, step, adapting)
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
-        most = MOST_STEPS * scale * step
-        hmc_state = hmc_state._replace(
-            potential_energy=energy,
-            z_grad=gradient,
-            trajectory_length=jnp.minimum(length, most),
-            adapt_state=hmc_state.adapt_state._replace(step_size=scale * step),
-        )
-        hmc_state = sample(hmc_state, model_args=(white, data, rest))
-        adaptation = adapt(TARGET_ACCEPTANCE - hmc_state.accept_prob, state.adaptation)
-        vector, log_volume = point_of(hmc_state.z, white, data, rest)
-        log_density = -hmc_state.potential_energy - log_volume
+        spacing = reading_spacing(layout, data)
+
+        def step_of(rest: Array) -> tuple[Array, Array]:
+            # Where misfit is small the others are known well: steps right elsewhere go astray there.
+            misfit = jnp.exp(jnp.min(lasting_misfit(rest[noise], spacing) - white.misfit))
+            short = step * jnp.clip(misfit, SHORTEST_STEP, 1.0)
+            count = jnp.clip(jnp.floor(length / short), 1, MOST_STEPS)
+            return short, count.astype(int)
+
+        moved = trajectory(tuple(keys), state.z, rest, white, data, step_of)
+        rise = moved.ended_whole - moved.begun_whole
+        rise = jnp.where(jnp.isnan(rise), jnp.inf, rise)
+        acceptance = jnp.exp(jnp.minimum(-rise, 0.0))
+        accepted = jax.random.uniform(key_accept) < acceptance
+        adaptation = adapt(TARGET_ACCEPTANCE - acceptance, state.adaptation)
+        z = jnp.where(accepted, moved.z, state.z)
+        energy = jnp.where(accepted, moved.ended, moved.begun)
+        vector, log_volume = point_of(z, white, data, moved.rest)
+        log_density = -energy - log_volume
         # Whole, for the walled moves look at stiffnesses as they are now.
         rest = vector
         if outer.size:
@@ -179,23 +227,23 @@ def _kernel(layout: Layout) -> Kernel:
                 vector, log_volume = point_with(z, white, data, rest)
                 return potential(vector, layout, data) - log_volume
 
-            energy = -log_density - point_with(hmc_state.z, white, data, rest).log_volume
-            begun = WalledState(hmc_state.z, rest, energy)
-            moved = move_walled(
+            energy = -log_density - point_with(z, white, data, rest).log_volume
+            begun = WalledState(z, rest, energy)
+            walled = move_walled(
                 key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
             )
-            hmc_state, rest = hmc_state._replace(z=moved.z), moved.vector
-            vector, log_volume = point_with(hmc_state.z, white, data, rest)
-            log_density = -moved.energy - log_volume
+            z, rest = walled.z, walled.vector
+            vector, log_volume = point_with(z, white, data, rest)
+            log_density = -walled.energy - log_volume
         kept = Transition(
             vector,
-            hmc_state.diverging,
-            hmc_state.num_steps,
-            hmc_state.accept_prob,
-            hmc_state.energy,
+            rise > LARGEST_RISE,
+            moved.steps,
+            acceptance,
+            moved.begun_whole,
             log_density,
         )
-        return ChainState(hmc_state, rest, key, adaptation), kept
+        return ChainState(z, rest, key, adaptation), kept
 
     @jax.jit
     def advance(
