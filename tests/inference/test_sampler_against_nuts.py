@@ -9,6 +9,7 @@ import pytest
 from numpyro.infer import MCMC, NUTS
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import potential
 from muscle_bayes.inference.fit import sample
 from muscle_bayes.inference.optimise import find_mode
@@ -21,6 +22,8 @@ DATA = Path(__file__).parents[2] / "data"
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_both_draw_from_one_posterior() -> None:
+    # Short discrepancy stands for noise in a long, thin tail, which NUTS hardly enters: the noise's
+    # moves are held against many weighted draws instead (test_noise_moves.py).
     problem = pose(read_runs([DATA / "spring-1.csv", DATA / "spring-3.csv"]))
     layout, data = problem.layout, problem.data
     ours = sample(problem, Effort(warmup=150, draws=600, min_ess=400), seed=1).draws.vector
@@ -33,6 +36,8 @@ def test_both_draw_from_one_posterior() -> None:
     chains = MCMC(kernel, num_warmup=600, num_samples=1500, progress_bar=False)
     chains.run(jax.random.key(2), init_params=start)
     theirs = np.asarray(chains.get_samples(group_by_chain=True))
+    smooth = blocks(layout).smooth
+    ours, theirs = ours[..., smooth], theirs[..., smooth]
     found = [az.convert_to_datatree({"v": draws}).posterior for draws in (ours, theirs)]
     mean, spread, ess = (
         [np.asarray(of(one)) for one in found]
