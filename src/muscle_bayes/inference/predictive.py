@@ -19,7 +19,7 @@ from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.reduction import solved_adequately
+from muscle_bayes.inference.reduction import ReductionError, solved_adequately, with_inertia
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
 
 
@@ -89,15 +89,26 @@ def _predict_part(
             if own == "hyst_stretch":
                 told = resting_hyst(posterior.tree.attrs["tension"], thinned)
                 values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
-    return predict(_improved(problem, values), values, seed)
+    kept = json.loads(posterior.tree.attrs["reduction"])
+    heavy = [run for run, error in kept.items() if not ReductionError(**error).tolerable]
+    pivots = _pivoted(problem, values)
+    return predict(with_inertia(pivots, _middle(problem, values), heavy), values, seed)
+
+
+def _middle(problem: Problem, draws: Any) -> dict[str, Any]:
+    return {name: jnp.median(draws[name], axis=0) for name, _ in problem.layout.shapes}
+
+
+def _pivoted(problem: Problem, draws: Any) -> Problem:
+    """The problem with segments' pivots where the middle of the draws puts them."""
+    layout, data = problem.layout, problem.data
+    vector = unconstrain(_middle(problem, draws), layout, data)
+    return replace(problem, data=pivoted(vector, layout, data))
 
 
 def _improved(problem: Problem, draws: Any) -> Problem:
     """The problem with what the middle of the draws tells: segments' pivots, which runs need inertia."""
-    layout = problem.layout
-    middle = {name: jnp.median(draws[name], axis=0) for name, _ in layout.shapes}
-    data = pivoted(unconstrain(middle, layout, problem.data), layout, problem.data)
-    return solved_adequately(replace(problem, data=data), middle)
+    return solved_adequately(_pivoted(problem, draws), _middle(problem, draws))
 
 
 @double_precision

@@ -43,8 +43,9 @@ def _numbers(study: "Study") -> Numbers:
     origin = {run.name: run.metadata.origin for run in study.runs}
     staircases, sawtooths = study.of_protocol("staircase"), study.of_protocol("sawtooth")
     for name, runs in (("fixture", study.of_protocol("spring")), ("muscle", staircases)):
-        prior = predict_from_prior(runs[:2], seed=study.seed)
-        figure = prior_predictive_figure(prior, origin[runs[0].name])
+        # All runs as in the fit, for the programs compiled there; two are enough to look at.
+        prior = predict_from_prior(runs, seed=study.seed)
+        figure = prior_predictive_figure(prior[:2], origin[runs[0].name])
         save(figure, figures / f"prior-{name}.png")
     checks, drifts = {}, {}
     for runs, source in ((study.of_protocol("spring"), coulomb), (staircases + sawtooths, muscle)):
