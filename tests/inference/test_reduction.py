@@ -13,6 +13,7 @@ from muscle_bayes.inference.lane_model import muscle_of, responses
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import (
     TOLERANCE,
+    ReductionError,
     reduction_errors,
     solved_adequately,
     with_inertia,
@@ -67,3 +68,10 @@ def test_only_the_named_runs_keep_inertia(shipped: Problem) -> None:
     order = [0, 2, 3]
     np.testing.assert_allclose(untouched.averaged, before.averaged[jnp.array(order)], atol=1e-9)
     assert 0.0 < np.sqrt(np.mean((whole.averaged[0] - before.averaged[1]) ** 2)) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("rms", "used"), [(0.49, True), (0.51, False), (float("nan"), True), (float("inf"), True)]
+)
+def test_inertia_is_kept_only_where_it_was_solved(rms: float, used: bool) -> None:
+    assert ReductionError(rms, 1.0, TOLERANCE).tolerable is used

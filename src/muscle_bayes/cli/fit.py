@@ -20,6 +20,16 @@ class FrictionChoice(StrEnum):
     linear = "linear"
 
 
+FrictionOption = Annotated[
+    FrictionChoice,
+    typer.Option("--friction", help="Dry friction that sticks, or friction per speed."),
+]
+EffectOption = Annotated[
+    list[str] | None,
+    typer.Option("--effect", metavar="NAME", help="Add this effect to the model; may be repeated."),
+]
+
+
 class Preset(StrEnum):
     """How long to sample."""
 
@@ -33,13 +43,8 @@ def fit(
         typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
     ],
     out: Annotated[Path, typer.Option(metavar="POSTERIOR.nc", help="Where the posterior goes.")],
-    friction: Annotated[
-        FrictionChoice, typer.Option(help="Dry friction that sticks, or friction per speed.")
-    ] = FrictionChoice.coulomb,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Add this effect to the model; may be repeated."),
-    ] = None,
+    friction: FrictionOption = FrictionChoice.coulomb,
+    effect: EffectOption = None,
     given: Annotated[
         Path | None,
         typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
-from muscle_bayes.cli.fit import FrictionChoice
+from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption
 
 EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
@@ -24,13 +24,8 @@ def sbc(
         Path, typer.Option(metavar="DIR", help="Where ranks, figure and numbers go.")
     ] = Path("reports/sbc"),
     sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
-    friction: Annotated[
-        FrictionChoice, typer.Option(help="Dry friction that sticks, or friction per speed.")
-    ] = FrictionChoice.coulomb,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Add this effect to the model; may be repeated."),
-    ] = None,
+    friction: FrictionOption = FrictionChoice.coulomb,
+    effect: EffectOption = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),

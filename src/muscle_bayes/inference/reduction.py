@@ -40,8 +40,9 @@ class ReductionError(NamedTuple):
 
     @property
     def tolerable(self) -> bool:
-        """Whether the reduced solution may be used; never if full inertia could not be solved."""
-        return self.rms <= self.tolerance
+        """Whether the reduced solution is used: also where full inertia could not be solved (rms is
+        not finite), for then there is no other."""
+        return not (np.isfinite(self.rms) and self.rms > self.tolerance)
 
 
 @partial(jax.jit, static_argnames="layout")

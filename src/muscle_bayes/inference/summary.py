@@ -7,6 +7,7 @@ import arviz as az
 import numpy as np
 
 from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.reduction import ReductionError
 
 
 def summarise(posterior: Posterior) -> dict[str, Any]:
@@ -61,6 +62,6 @@ def _fitted_runs(posterior: Posterior) -> dict[str, Any]:
             "coverage90": float(np.mean((seen >= low) & (seen <= high))),
         }
         if (error := reduction.get(name)) is not None:
-            kept = error["rms"] > error["tolerance"]
+            kept = not ReductionError(**error).tolerable
             result[name]["inertia"] = {"kept": kept, **error}
     return result

@@ -1,6 +1,7 @@
 """The study's summary: numbers as JSON, figures as PNG, and a page that a person reads."""
 
 import json
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -105,6 +106,11 @@ def _inertia_lines(summary: Numbers) -> list[str]:
     for name, run in summary["runs"].items():
         if (inertia := run.get("inertia")) is not None:
             kept = "kept" if inertia["kept"] else "left out"
+            if not math.isfinite(inertia["rms"]):
+                lines.append(
+                    f"- {name}: what leaving out the rotor's inertia changes is not known."
+                )
+                continue
             lines.append(
                 f"- {name}: the rotor's inertia is {kept}; leaving it out changes readings by "
                 f"{inertia['rms']:.2g} {run['unit']} RMS, at most {inertia['largest']:.2g}."
