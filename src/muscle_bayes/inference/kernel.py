@@ -18,15 +18,16 @@ from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.walled_moves import WalledState, move_walled
 from muscle_bayes.inference.whitening import Whitening, blank
 
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
 TARGET_ACCEPTANCE = 0.8
-SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.25 * np.pi, 0.75 * np.pi
-"""A quarter of a period forgets the start where whitening is exact; lengths vary around it, for the
-directions in which it is not and lest trajectories return."""
+SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.3 * np.pi, 0.9 * np.pi
+"""A quarter of a period forgets the start where whitening is exact, more makes up for rejections;
+lengths vary, for the directions in which it is not exact and lest trajectories return."""
 SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is below its typical size."""
 MOST_STEPS = 128
@@ -106,7 +107,7 @@ class Kernel(NamedTuple):
 
 @lru_cache(maxsize=32)
 def _kernel(layout: Layout) -> Kernel:
-    """Kernel of a layout, not compiled; it serves every data set of the layout."""
+    """Kernel of a layout, not compiled."""
     inner, outer, noise = blocks(layout)
 
     # While the smooth entries move, the walled ones keep their distance from walls: `rest` is bent.
@@ -121,7 +122,6 @@ def _kernel(layout: Layout) -> Kernel:
 
     begin_adaptation, adapt = ADAPTATION
 
-    @jax.jit
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
         middle = unbent(white.centre, white.bend, layout, data).vector
@@ -190,6 +190,7 @@ def _kernel(layout: Layout) -> Kernel:
         begun = _Trajectory(z, momentum, rest, *counts, none, none, none, none)
         return jax.lax.while_loop(lambda now: now.evaluated <= now.steps, evaluate, begun)
 
+    @jax.jit
     def iterate(
         state: ChainState, white: Whitening, data: Data, step: Array
     ) -> tuple[ChainState, Transition]:
@@ -206,8 +207,8 @@ def _kernel(layout: Layout) -> Kernel:
             # Where misfit is small the others are known well: steps right elsewhere go astray there.
             misfit = jnp.exp(jnp.min(lasting_misfit(rest[noise], spacing) - white.misfit))
             short = step * jnp.clip(misfit, SHORTEST_STEP, 1.0)
-            count = jnp.clip(jnp.floor(length / short), 1, MOST_STEPS)
-            return short, count.astype(int)
+            count = jnp.clip(jnp.ceil(length / short), 1, MOST_STEPS)
+            return jnp.minimum(length / count, short), count.astype(int)
 
         moved = trajectory(tuple(keys), state.z, rest, white, data, step_of)
         rise = moved.ended_whole - moved.begun_whole
@@ -245,7 +246,6 @@ def _kernel(layout: Layout) -> Kernel:
         )
         return ChainState(z, rest, key, adaptation), kept
 
-    @jax.jit
     def advance(
         state: ChainState, white: Whitening, data: Data, step: Array, count: Array
     ) -> tuple[ChainState, Transition]:
@@ -266,6 +266,18 @@ def _kernel(layout: Layout) -> Kernel:
     return Kernel(start, advance)
 
 
+@Program
+def _start(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainState:
+    return _kernel(layout).start(key, white, data)
+
+
+@Program
+def _advance(
+    state: ChainState, white: Whitening, data: Data, step: Array, count: Array, layout: Layout
+) -> tuple[ChainState, Transition]:
+    return _kernel(layout).advance(state, white, data, step, count)
+
+
 class Preparation:
     """A kernel that is traced; compiling it can be left to another thread, tracing cannot.
 
@@ -273,11 +285,13 @@ class Preparation:
     """
 
     def __init__(self, layout: Layout, data: Data) -> None:
-        kernel, key, white = _kernel(layout), jax.random.key(0), blank(layout)
-        start = kernel.start.trace(key, white, data)
-        state = start.out_info
-        advance = kernel.advance.trace(state, white, data, jnp.asarray(0.0), jnp.asarray(0))
-        self._lowered = Kernel(start.lower(), advance.lower())
+        key, white = jax.random.key(0), blank(layout)
+        state = jax.eval_shape(_kernel(layout).start, key, white, data)
+        step, count = jnp.asarray(0.0), jnp.asarray(0)
+        self._lowered = Kernel(
+            _start.lower(key, white, data, layout),
+            _advance.lower(state, white, data, step, count, layout),
+        )
 
     @cached_property
     def kernel(self) -> Kernel:

@@ -1,6 +1,5 @@
 """Draws of the noise parameters given a simulation: iterated importance resampling."""
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -11,6 +10,7 @@ from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import potential_given
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 
 FREEDOM = 5.0
 """Degrees of freedom of the proposal: tails heavier than the target's."""
@@ -114,7 +114,7 @@ def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> F
     return vector.at[blocks(layout).noise].set(entries_of(shape))
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def adapt(
     key: Array,
     predicted: list[LanePrediction],

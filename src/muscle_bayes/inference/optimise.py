@@ -1,7 +1,6 @@
 """The most probable parameters, and the Fisher information there."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -20,6 +19,7 @@ from muscle_bayes.inference.density import (
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import potential_at, potential_with, predictions_at
 from muscle_bayes.physics.effects import effect_type
 
@@ -58,7 +58,7 @@ class Mode(NamedTuple):
     steps: int
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw n"]:
     """Prior draws, unconstrained, every other one shrunk."""
 
@@ -79,7 +79,7 @@ def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw 
     return jax.vmap(one)(keys, factors)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _curvature(vector, layout: Layout, data: Data):
     """Gradient of the potential, and Gauss-Newton information plus prior precision."""
     gradient, jacobian = jax.jacfwd(potential_and_errors)(vector, layout, data)
@@ -98,7 +98,7 @@ class Misfit(NamedTuple):
     """As if all of it were discrepancy: looks at how it changes."""
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _misfit_of(predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data):
     values = constrain(vector, layout, data)
     white, lasting = dict(values), dict(values)

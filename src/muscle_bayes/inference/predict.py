@@ -1,7 +1,6 @@
 """What a posterior says of a run, fitted or not."""
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -14,6 +13,7 @@ from muscle_bayes.inference.density import NoiseParameters, noise_of
 from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.noise import reading_variance
 from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.program import Program
 
 Draws = Mapping[str, Array]
 """Sampled values, each with a leading draw axis."""
@@ -53,12 +53,12 @@ class Prediction(NamedTuple):
         return self._replace(**cut)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _responses(draws: dict[str, Array], layout: Layout, data: Data):
     return in_batches(lambda values: responses(values, layout, data), draws)
 
 
-@partial(jax.jit, static_argnames=("layout", "regime"))
+@Program
 def disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
     """Discrepancy and noise of every lane for one draw."""
     noise: NoiseParameters = noise_of(values, regime)

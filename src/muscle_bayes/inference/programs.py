@@ -1,25 +1,23 @@
 """Pieces of the density as compiled programs: only one of them simulates, so it is compiled once."""
 
-from functools import partial
-
-import jax
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.density import LaneFit, constrain, explained, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def predictions_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[LanePrediction]:
     """Predictions of every lane at an unconstrained vector."""
     return predictions(constrain(vector, layout, data), layout, data)
 
 
-potential_with = jax.jit(potential_given, static_argnames="layout")
+potential_with = Program(potential_given)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def fits_with(
     predicted: list[LanePrediction], vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> list[LaneFit]:

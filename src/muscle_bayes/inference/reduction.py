@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.lane_model import Values, physical_of, plant_of, responses
 from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.program import Program
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined
 from muscle_bayes.physics.simulation import Response
@@ -45,12 +46,12 @@ class ReductionError(NamedTuple):
         return not (np.isfinite(self.rms) and self.rms > self.tolerance)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
     return responses(values, layout, data)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _swing_rates(
     values: Values, response: Response, lanes: Lanes, layout: Layout, data: Data
 ) -> Float[Array, "lane interval"]:

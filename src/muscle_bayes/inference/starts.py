@@ -17,6 +17,7 @@ from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.predict import Draws
 from muscle_bayes.inference.prior import resting_hyst
 from muscle_bayes.inference.problem import SIZE_STEP, Data, Lanes, Layout, Problem
+from muscle_bayes.inference.program import Program
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
@@ -201,7 +202,7 @@ class OwnUnknowns:
         }
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _misfit(
     free: Array, draws: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
 ):

@@ -21,8 +21,8 @@ TAILS = 1e-4
 """Prior probability on either side of the table."""
 EVEN_SHARE = 0.05
 """Share of a table's probability that is spread evenly, for walls that lie elsewhere."""
-LOCAL = 1
-"""Local proposals per walled entry and iteration, beside one from the table."""
+TABLED = 0.75
+"""Share of proposals that come from the table; the others are local."""
 
 
 class Table(NamedTuple):
@@ -72,6 +72,9 @@ def tabulate(
         energies = np.array([energy_of(vector.at[entry].set(one)) for one in centres])
         relative = np.exp(-(energies - np.nanmin(energies)))
         relative = np.where(np.isfinite(relative), relative, 0.0)
+        # A wall lies within a bin and moves: what is probable on one side of it must not be missed.
+        beside = np.pad(relative, 1)
+        relative = np.maximum(relative, np.maximum(beside[:-2], beside[2:]))
         share = (1.0 - EVEN_SHARE) * relative / relative.sum() + EVEN_SHARE / BINS
         lows.append(ends[0])
         widths.append(width)
@@ -114,7 +117,7 @@ def move_walled(
     tension: Float[Array, ""],
     layout: Layout,
 ) -> WalledState:
-    """Proposals for each walled entry, from its table and local ones; none needs a gradient.
+    """A proposal for each walled entry, from its table or local; neither needs a gradient.
 
     A plain proposal moves a minimum force F alone: under `tension` [N], to which it refers,
     taut_strain holds the muscle's length. A sheared one also moves taut_strain, so that C stays: that
@@ -127,21 +130,19 @@ def move_walled(
     taut = inside[_place(layout, "taut_strain")]
     stiffness = [_place(layout, SPRINGS[name]) for name, _ in layout.shapes if name in WALLED]
     along_taut = jax.scipy.linalg.solve_triangular(factor, jnp.eye(len(smooth))[taut], lower=True)
-    key_draw, key_step, key_accept, key_reach, key_shear = jax.random.split(key, 5)
-    count = (1 + LOCAL) * walled.size
+    key_draw, key_step, key_accept, key_reach, key_shear, key_kind = jax.random.split(key, 6)
+    count = walled.size
     steps = jax.random.normal(key_step, (count,))
     # Long and short proposals: a wall near or far from here is reached by either.
     steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
     chances = jnp.log(jax.random.uniform(key_accept, (count,)))
     shears = jax.random.bernoulli(key_shear, 0.5, (count,)) * 1.0
-    turns = jnp.arange(count)
+    kinds = jax.random.bernoulli(key_kind, TABLED, (count,))
 
     def propose(state: WalledState, now: tuple[Array, ...]) -> tuple[WalledState, None]:
-        key, turn, step, chance, shear, log_stiffness = now
-        which = turn % walled.size
+        key, which, tabled, step, chance, shear, log_stiffness = now
         entry = jnp.asarray(walled)[which]
         before = state.vector[entry]
-        tabled = turn < walled.size
         after = jnp.where(tabled, table.draw(key, which), before + stride[which] * step)
         shear = jnp.where(tabled, 0.0, shear)
         strains = tensile_strain(
@@ -157,6 +158,7 @@ def move_walled(
         return jax.tree.map(lambda a, b: jnp.where(accept, a, b), trial, state), None
 
     # No proposal changes the springs' stiffnesses.
-    held = state.vector[jnp.asarray(stiffness)][turns % walled.size]
+    held = state.vector[jnp.asarray(stiffness)]
     draws = jax.random.split(key_draw, count)
-    return jax.lax.scan(propose, state, (draws, turns, steps, chances, shears, held))[0]
+    each = draws, jnp.arange(count), kinds, steps, chances, shears, held
+    return jax.lax.scan(propose, state, each)[0]

@@ -1,6 +1,5 @@
 """Coordinates in which the posterior, the walled and the noise entries given, is nearly standard normal."""
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -26,6 +25,7 @@ from muscle_bayes.inference.noise_moves import (
 )
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import potential_at, predictions_at
 from muscle_bayes.inference.walled_moves import Table, WalledProposal, tabulate
 
@@ -48,12 +48,12 @@ class Whitening(NamedTuple):
     """Typical `lasting_misfit`."""
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "draw n"]:
     return jax.vmap(lambda vector: bent(vector, bend, layout, data))(vectors)
 
 
-@partial(jax.jit, static_argnames="layout")
+@Program
 def _turn(centre: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "n n"]:
     """Derivative of the unconstrained vector in bent coordinates."""
     return jax.jacfwd(lambda point: unbent(point, bend, layout, data).vector)(centre)
