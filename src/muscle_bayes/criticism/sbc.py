@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 from scipy.stats import chisquare
@@ -15,14 +14,12 @@ from scipy.stats import chisquare
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.assemble import LIBRARIES, named_values
-from muscle_bayes.inference.density import constrain, unconstrain
+from muscle_bayes.inference.assemble import LIBRARIES, named_values, values_of
 from muscle_bayes.inference.fit import FIT_LAYERS, sample
-from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import disturbances
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.programs import potential_at, solved_at, unconstrained
 from muscle_bayes.inference.sampler import Effort, agree
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.provenance import source_checksum
@@ -65,7 +62,6 @@ def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
     Raises MuscleBayesError if none of ATTEMPTS draws can be.
     """
     layout, data = problem.layout, problem.data
-    solve = jax.jit(responses, static_argnames="layout")
     for attempt in range(ATTEMPTS):
         key = jax.random.fold_in(jax.random.key(seed), attempt)
         parts = jax.random.split(key, len(layout.shapes) + 1)
@@ -73,7 +69,8 @@ def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
             name: data.priors[name].sample(part)
             for part, (name, _) in zip(parts[1:], layout.shapes, strict=True)
         }
-        found = solve(values, layout=layout, data=data)
+        vector = unconstrained(jax.tree.map(lambda x: x[None], values), layout, data)[0]
+        found = solved_at(vector, layout, data).responses
         if not all(bool(one.finite.all()) for one in found):
             continue
         lanes = tuple(
@@ -86,7 +83,7 @@ def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
             )
         )
         drawn = replace(problem, data=data._replace(lanes=lanes))
-        if np.isfinite(potential_at(unconstrain(values, layout, data), layout, drawn.data)):
+        if np.isfinite(potential_at(vector, layout, drawn.data)):
             return values, drawn
     raise MuscleBayesError(f"none of {ATTEMPTS} draws of the prior can be simulated")
 
@@ -114,8 +111,7 @@ def rank_data_set(template: Template, seed: int) -> dict[str, Any]:
     problem = template.problem()
     truth, drawn = replicate(problem, seed)
     drawn, draws, _ = sample(drawn, EFFORT, seed=seed, workers=1)
-    expand = jax.jit(jax.vmap(jax.vmap(lambda v: constrain(v, drawn.layout, drawn.data))))
-    posterior = _flat(named_values(drawn, expand(jnp.asarray(draws.vector))), 2)
+    posterior = _flat(named_values(drawn, values_of(draws, drawn)), 2)
     true = _flat(named_values(drawn, truth), 0)
     chains, count = draws.vector.shape[:2]
     chosen = np.linspace(0, chains * count - 1, RANKS).astype(int)

@@ -7,17 +7,17 @@ from typing import Any
 
 import arviz as az
 import jax
-import jax.numpy as jnp
 import numpy as np
 import xarray as xr
+from jaxtyping import Array
 
-from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.lane_model import muscle_of
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
-from muscle_bayes.inference.problem import Problem
-from muscle_bayes.inference.programs import fits_with, predictions_at
+from muscle_bayes.inference.problem import Data, Layout, Problem
+from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.programs import constrained, fits_with, predictions_at, unconstrained
 from muscle_bayes.inference.sampler import MAX_RHAT, Draws
 
 PREDICTIVE_DRAWS = 200
@@ -29,12 +29,31 @@ def _run_axis(problem: Problem, name: str) -> list[str]:
     return [f"{name.split('.')[0]}_run"] if problem.sites[name].prior.shape() else []
 
 
+def values_of(drawn: Draws, problem: Problem) -> dict[str, Any]:
+    """Sampled values of what chains drew, chain and draw axes leading."""
+    chains, draws, size = drawn.vector.shape
+    flat = constrained(drawn.vector.reshape(-1, size), problem.layout, problem.data)
+    return {name: value.reshape(chains, draws, *value.shape[1:]) for name, value in flat.items()}
+
+
+@Program
+def _table_2(values: dict[str, Any], data: Data) -> dict[str, Any]:
+    muscle = muscle_of(values, data)
+    return {} if muscle is None else {name: getattr(muscle, name) for name in MUSCLE_PARAMETERS}
+
+
+@Program
+def _prior_draws(key: Array, layout: Layout, data: Data) -> dict[str, Array]:
+    keys = jax.random.split(key, len(layout.shapes))
+    return {
+        name: data.priors[name].sample(key, (1, PRIOR_DRAWS))
+        for key, (name, _) in zip(keys, layout.shapes, strict=True)
+    }
+
+
 def named_values(problem: Problem, values: dict[str, Any]) -> dict[str, Any]:
     """Sampled values together with Table 2's parameters."""
-    values = dict(values)
-    muscle = muscle_of(values, problem.data)
-    if muscle is not None:
-        values |= {name: getattr(muscle, name) for name in MUSCLE_PARAMETERS}
+    values = dict(values) | _table_2(values, problem.data)
     return {name: np.asarray(value) for name, value in values.items()}
 
 
@@ -77,14 +96,9 @@ def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: in
 def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posterior:
     """The DataTree of a problem's draws: posterior, predictive, likelihood, prior, statistics, data."""
     layout, data = problem.layout, problem.data
-    expand = jax.jit(jax.vmap(jax.vmap(lambda v: constrain(v, layout, data))))
-    values = expand(jnp.asarray(drawn.vector))
+    values = values_of(drawn, problem)
     posterior = _dataset(problem, named_values(problem, values), ["chain", "draw"])
-    prior_keys = jax.random.split(jax.random.key(seed + 1), len(layout.shapes))
-    prior = {
-        name: data.priors[name].sample(key, (1, PRIOR_DRAWS))
-        for key, (name, _) in zip(prior_keys, layout.shapes, strict=True)
-    }
+    prior = _prior_draws(jax.random.key(seed + 1), layout, data)
     thinned = thin(values, PREDICTIVE_DRAWS)
     predictions = predict(problem, thinned, seed + 2)
     statistics = {
@@ -149,7 +163,7 @@ def _log_likelihood(problem: Problem, draws: dict[str, Any]) -> xr.Dataset:
     """Log density of each reading given the earlier ones, for each run."""
     layout, data = problem.layout, problem.data
     pieces: dict[int, list[np.ndarray]] = {}
-    vectors = jax.jit(jax.vmap(lambda values: unconstrain(values, layout, data)))(draws)
+    vectors = unconstrained(draws, layout, data)
     fits = [fits_with(predictions_at(v, layout, data), v, layout, data) for v in vectors]
     for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
         density = np.stack([np.asarray(fit[group].log_density) for fit in fits])

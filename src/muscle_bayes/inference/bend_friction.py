@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import TIME, Unbent, durations, starts
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 
 FRICTION, STIFFNESS = "D", "stiffness_hyst"
 LOOSE = 0.2
@@ -47,6 +48,11 @@ def _log_reference(vector: Array, layout: Layout, data: Data) -> Float[Array, ""
     return vector[at[STIFFNESS]] - jnp.log(share)
 
 
+@Program
+def _reference_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
+    return _log_reference(vector, layout, data)
+
+
 def scale_at_mode(
     energy_of: Callable[[Array], float], mode: Float[Array, " n"], layout: Layout, data: Data
 ) -> FrictionScale:
@@ -60,8 +66,9 @@ def scale_at_mode(
     least, log_d = energy_of(mode), float(mode[place])
 
     def excess(log_growth: float) -> float:
-        grown = np.logaddexp(log_d, log_growth)
-        rise = energy_of(mode.at[place].set(grown)) - least - 2.0
+        grown = np.array(mode)
+        grown[place] = np.logaddexp(log_d, log_growth)
+        rise = energy_of(grown) - least - 2.0
         return rise if np.isfinite(rise) else LARGE_RISE
 
     low = high = log_d - np.log(1e4)
@@ -72,7 +79,7 @@ def scale_at_mode(
         low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
     log_error = high - np.log(2.0)
     creep = float(log_error - log_d > np.log(LOOSE))
-    log_error -= creep * float(_log_reference(mode, layout, data))
+    log_error -= creep * float(_reference_at(mode, layout, data))
     return FrictionScale(jnp.asarray(np.exp(log_error)), jnp.asarray(creep))
 
 

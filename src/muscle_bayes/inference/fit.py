@@ -25,7 +25,7 @@ from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import solved_adequately
 from muscle_bayes.inference.sampler import Draws, Effort, draw
 
-QUICK = Effort(warmup=120, draws=240, rounds=10, min_ess=200)
+QUICK = Effort(warmup=120, draws=160, rounds=16, min_ess=200)
 FULL = Effort()
 FIT_LAYERS = ("physics", "data", "inference")
 """Layers whose code a posterior depends on."""

@@ -12,7 +12,7 @@ from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 
-FREEDOM = 5.0
+FREEDOM = 5
 """Degrees of freedom of the proposal: tails heavier than the target's."""
 WIDENING = 1.3
 """Factor on the standard deviations of the adapted proposal: too wide costs little, too narrow much."""
@@ -53,7 +53,7 @@ def entries_of(shape: Float[Array, " k"]) -> Float[Array, " k"]:
 def _sample(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
     key_normal, key_mixing, key_wide = jax.random.split(key, 3)
     normal = jax.random.normal(key_normal, (count, proposal.centre.size))
-    mixing = jax.random.chisquare(key_mixing, FREEDOM, (count, 1)) / FREEDOM
+    mixing = jnp.mean(jax.random.normal(key_mixing, (count, FREEDOM)) ** 2, axis=1, keepdims=True)
     wide = jnp.where(jax.random.bernoulli(key_wide, WIDE_SHARE, (count, 1)), WIDE, 1.0)
     return proposal.centre + (wide * normal / jnp.sqrt(mixing)) @ proposal.factor.T
 

@@ -32,8 +32,8 @@ STARTS = 40
 """Most draws whose shape is fitted, best first, every other one shrunk."""
 AGREEING, AGREEMENT = 3, 5.0
 """The search ends when so many starts have come within this of the least -log density so far."""
-FINALISTS = 5
-"""Best shapes that are fitted in full."""
+FINALISTS, SAME_MODE = 5, 0.1
+"""Most shapes that are fitted in full, best first, until the best two come so close in -log density."""
 SHAPE_ROUNDS, SHAPE_STEPS = 4, 15
 """Rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
 MAX_STEPS = 60
@@ -83,10 +83,13 @@ def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw 
 def _curvature(vector, layout: Layout, data: Data):
     """Gradient of the potential, and Gauss-Newton information plus prior precision."""
     gradient, jacobian = jax.jacfwd(potential_and_errors)(vector, layout, data)
-    prior = -jax.hessian(log_prior)(vector, layout, data)
-    values, vectors = jnp.linalg.eigh(0.5 * (prior + prior.T))
-    prior = (vectors * jnp.maximum(values, LEAST_PRECISION)) @ vectors.T
-    return gradient, jacobian.T @ jacobian + prior
+
+    def slope(vector: Array) -> Array:
+        return jax.grad(log_prior)(vector, layout, data)
+
+    # Priors are independent of each other: their Hessian is diagonal.
+    prior = -jax.jvp(slope, (vector,), (jnp.ones_like(vector),))[1]
+    return gradient, jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
 
 
 class Misfit(NamedTuple):
@@ -184,7 +187,7 @@ def find_mode(
     how it changes. Raises MuscleBayesError when no prior draw gives a finite density.
     """
     # A draw of the right shape must not be passed over because of the noise that was drawn with it.
-    draws = _prior_draws(jax.random.split(key, PRIOR_DRAWS), layout, data)
+    draws = np.asarray(_prior_draws(jax.random.split(key, PRIOR_DRAWS), layout, data))
     values = np.array([_with_misfit(draw, layout, data)[1] for draw in draws])
     values = np.where(np.isfinite(values), values, np.inf)
     order = np.argsort(values)
@@ -197,7 +200,7 @@ def find_mode(
     shaped = []
     pairs = zip(order[order % 2 == 1], order[order % 2 == 0], strict=True)
     for count, start in enumerate([index for pair in pairs for index in pair][:STARTS]):
-        vector = draws[start]
+        vector = jnp.asarray(draws[start])
         for _ in range(SHAPE_ROUNDS):
             vector = _with_misfit(vector, layout, data)[0].white
             vector = _descend(vector, layout, data, physical, SHAPE_STEPS).vector
@@ -208,5 +211,10 @@ def find_mode(
         if np.sum(levels < levels.min() + AGREEMENT) >= AGREEING:
             break
     shaped.sort(key=lambda one: one[:2])
-    modes = [_descend(one[2], layout, data, everything, MAX_STEPS) for one in shaped[:FINALISTS]]
-    return min(modes, key=lambda mode: mode.potential)
+    modes: list[Mode] = []
+    for _, _, vector in shaped[:FINALISTS]:
+        modes.append(_descend(vector, layout, data, everything, MAX_STEPS))
+        modes.sort(key=lambda mode: mode.potential)
+        if len(modes) > 1 and modes[1].potential - modes[0].potential < SAME_MODE:
+            break
+    return modes[0]

@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.batches import in_batches
+from muscle_bayes.inference.batches import of_draws
 from muscle_bayes.inference.density import NoiseParameters, noise_of
-from muscle_bayes.inference.lane_model import responses
 from muscle_bayes.inference.noise import reading_variance
-from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.problem import Lanes, Layout, Problem
 from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.programs import solved_at, unconstrained
 
 Draws = Mapping[str, Array]
 """Sampled values, each with a leading draw axis."""
@@ -54,11 +54,6 @@ class Prediction(NamedTuple):
 
 
 @Program
-def _responses(draws: dict[str, Array], layout: Layout, data: Data):
-    return in_batches(lambda values: responses(values, layout, data), draws)
-
-
-@Program
 def disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
     """Discrepancy and noise of every lane for one draw."""
     noise: NoiseParameters = noise_of(values, regime)
@@ -86,7 +81,8 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
     draws = {name: jnp.asarray(draws[name]) for name, _ in problem.layout.shapes}
     count = len(next(iter(draws.values())))
     keys = jax.random.split(jax.random.key(seed), count)
-    outcomes = _responses(draws, problem.layout, problem.data)
+    vectors = unconstrained(draws, problem.layout, problem.data)
+    outcomes = of_draws(solved_at, vectors, problem.layout, problem.data).responses
     result: dict[int, list] = {}
     groups = zip(
         outcomes, problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True

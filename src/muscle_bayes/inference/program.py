@@ -29,6 +29,10 @@ def _is_static(argument: Any) -> bool:
     return isinstance(argument, Layout | str)
 
 
+def _array(leaf: Any) -> Any:
+    return leaf if hasattr(leaf, "dtype") else jnp.asarray(leaf)
+
+
 def _is_key(leaf: Any) -> bool:
     return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
 
@@ -115,7 +119,7 @@ class Program[R]:
         leaves, structure = jax.tree.flatten([a for a in arguments if not _is_static(a)])
         if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._traced(*arguments)
-        leaves = [leaf if hasattr(leaf, "dtype") else jnp.asarray(leaf) for leaf in leaves]
+        leaves = list(map(_array, leaves))
         static = tuple(a for a in arguments if _is_static(a))
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         known = (static, structure, shapes)
@@ -126,7 +130,7 @@ class Program[R]:
     def lower(self, *arguments: Any) -> Lowered:
         """The program for arguments of these shapes, traced or loaded."""
         static = {place: a for place, a in enumerate(arguments) if _is_static(a)}
-        moving = [a for a in arguments if not _is_static(a)]
+        moving = jax.tree.map(_array, [a for a in arguments if not _is_static(a)])
 
         def called(*moving: Any) -> R:
             rest = iter(moving)

@@ -10,9 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.lane_model import Values, physical_of, plant_of, responses
+from muscle_bayes.inference.lane_model import Values, physical_of, plant_of
 from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
 from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.programs import solved_at, unconstrained
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined
 from muscle_bayes.physics.simulation import Response
@@ -46,9 +47,9 @@ class ReductionError(NamedTuple):
         return not (np.isfinite(self.rms) and self.rms > self.tolerance)
 
 
-@Program
 def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
-    return responses(values, layout, data)
+    draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
+    return solved_at(unconstrained(draws, layout, data)[0], layout, data).responses
 
 
 @Program

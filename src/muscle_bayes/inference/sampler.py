@@ -30,11 +30,11 @@ class Effort:
     """How long to sample."""
 
     chains: int = 4
-    warmup: int = 200
+    warmup: int = 120
     """Iterations of each chain that are not kept."""
-    draws: int = 1000
+    draws: int = 200
     """Of each chain, before convergence is judged."""
-    rounds: int = 7
+    rounds: int = 40
     """Most rounds of draws; every one after the first makes a third as many."""
     min_ess: int = 400
     """Bulk effective sample size that is wanted of every sampled quantity."""

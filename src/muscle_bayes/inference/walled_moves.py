@@ -11,6 +11,7 @@ from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.blocks import WALLED, blocks
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
 from muscle_bayes.physics.springs import tensile_strain
 
 SPRINGS = dict(zip(WALLED, ("modulus", "stiffness_hyst"), strict=True))
@@ -54,6 +55,19 @@ class Table(NamedTuple):
         return jnp.where(inside, share, -jnp.inf)
 
 
+@Program
+def _ends(layout: Layout, data: Data) -> Float[Array, "walled 2"]:
+    """Ends of each walled entry's table."""
+    names = [name for name, _ in layout.shapes if name in WALLED]
+    ends = [
+        biject_to(data.priors[name].support).inv(
+            data.priors[name].icdf(jnp.array([TAILS, 1.0 - TAILS]))
+        )
+        for name in names
+    ]
+    return jnp.stack(ends)
+
+
 def tabulate(
     energy_of: Callable[[Array], float], vector: Array, layout: Layout, data: Data
 ) -> Table:
@@ -62,26 +76,23 @@ def tabulate(
     `energy_of` is the negative log density of the unconstrained vector.
     """
     _, walled, _ = blocks(layout)
-    names = [name for name, _ in layout.shapes if name in WALLED]
-    lows, widths, shares = [], [], []
-    for entry, name in zip(walled, names, strict=True):
-        prior = data.priors[name]
-        ends = biject_to(prior.support).inv(prior.icdf(jnp.array([TAILS, 1.0 - TAILS])))
-        width = (ends[1] - ends[0]) / BINS
-        centres = ends[0] + width * (np.arange(BINS) + 0.5)
-        energies = np.array([energy_of(vector.at[entry].set(one)) for one in centres])
+    if not walled.size:
+        return Table.empty(layout)
+    ends = np.asarray(_ends(layout, data))
+    widths = (ends[:, 1] - ends[:, 0]) / BINS
+    shares = []
+    for entry, low, width in zip(walled, ends[:, 0], widths, strict=True):
+        points = np.repeat(np.asarray(vector)[None], BINS, axis=0)
+        points[:, entry] = low + width * (np.arange(BINS) + 0.5)
+        energies = np.array([energy_of(point) for point in points])
         relative = np.exp(-(energies - np.nanmin(energies)))
         relative = np.where(np.isfinite(relative), relative, 0.0)
         # A wall lies within a bin and moves: what is probable on one side of it must not be missed.
         beside = np.pad(relative, 1)
         relative = np.maximum(relative, np.maximum(beside[:-2], beside[2:]))
         share = (1.0 - EVEN_SHARE) * relative / relative.sum() + EVEN_SHARE / BINS
-        lows.append(ends[0])
-        widths.append(width)
         shares.append(np.log(share))
-    if not names:
-        return Table.empty(layout)
-    return Table(jnp.stack(lows), jnp.stack(widths), jnp.asarray(np.stack(shares)))
+    return Table(*(jnp.asarray(part) for part in (ends[:, 0], widths, np.stack(shares))))
 
 
 class WalledProposal(NamedTuple):

@@ -54,6 +54,27 @@ def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float
 
 
 @Program
+def _bend_of_draws(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Bend:
+    return Bend(scale_of_draws(draws, layout, data), stays_open(draws, layout, data))
+
+
+@Program
+def _opened(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Array:
+    return stays_open(draws, layout, data)
+
+
+@Program
+def _typical_misfit(
+    noise: Float[Array, "draw k"], layout: Layout, data: Data
+) -> Float[Array, " regime"]:
+    spacing = reading_spacing(layout, data)
+    return jnp.median(jax.vmap(lambda entries: lasting_misfit(entries, spacing))(noise), axis=0)
+
+
+_entries_of, _refit = Program(entries_of), Program(refit)
+
+
+@Program
 def _turn(centre: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "n n"]:
     """Derivative of the unconstrained vector in bent coordinates."""
     return jax.jacfwd(lambda point: unbent(point, bend, layout, data).vector)(centre)
@@ -68,7 +89,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
         return potential_at(vector, layout, data)
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
-    bend = Bend(friction, stays_open(mode.vector[None], layout, data))
+    bend = Bend(friction, _opened(mode.vector[None], layout, data))
     centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
     turn = _turn(centre, bend, layout, data)
     information = np.asarray(turn.T @ mode.information @ turn)
@@ -77,7 +98,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
     predicted = predictions_at(mode.vector, layout, data)
     proposal = adapt(key, predicted, mode.vector, NOISE_SPREAD * jnp.ones(noise.size), layout, data)
-    misfit = lasting_misfit(entries_of(proposal.centre), reading_spacing(layout, data))
+    misfit = _typical_misfit(_entries_of(proposal.centre)[None], layout, data)
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
     return Whitening(centre, jnp.asarray(factor), bend, walled, proposal, misfit)
@@ -106,8 +127,7 @@ def rewhiten(
     """
     inner, _, noise = blocks(layout)
     pooled = vectors.reshape(-1, vectors.shape[-1])
-    draws = jnp.asarray(pooled)
-    bend = Bend(scale_of_draws(draws, layout, data), stays_open(draws, layout, data))
+    bend = _bend_of_draws(pooled, layout, data)
     before, after = (
         np.asarray(_bent_draws(pooled, one, layout, data))[:, inner] for one in (white.bend, bend)
     )
@@ -125,13 +145,13 @@ def rewhiten(
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
     factor = factor * scale @ np.linalg.cholesky(covariance)
     last = whitened(np.asarray(_bent_draws(vectors[:, -1], bend, layout, data))[:, inner])
-    spacing = reading_spacing(layout, data)
-    misfits = jax.vmap(lambda entries: lasting_misfit(entries, spacing))(pooled[:, noise])
+    whole = np.array(white.centre)
+    whole[inner] = centre
     fresh = white._replace(
-        centre=white.centre.at[inner].set(centre),
+        centre=jnp.asarray(whole),
         factor=jnp.asarray(factor),
         bend=bend,
-        noise=refit(white.noise, jnp.asarray(pooled[:, noise]), trust),
-        misfit=jnp.median(misfits, axis=0),
+        noise=_refit(white.noise, pooled[:, noise], trust),
+        misfit=_typical_misfit(pooled[:, noise], layout, data),
     )
     return fresh, last
