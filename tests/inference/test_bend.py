@@ -17,8 +17,9 @@ from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.problem import Problem, pose
 
 
-def bend_of(error: float, creep: float, opened: float) -> Bend:
-    return Bend(FrictionScale(np.float64(error), np.float64(creep)), np.float64(opened))
+def bend_of(error: float, creep: float, opened: float, inertia: float = 3e-4) -> Bend:
+    friction = FrictionScale(np.float64(error), np.float64(creep))
+    return Bend(friction, np.float64(opened), np.float64(inertia))
 
 
 BEND = bend_of(3e-3, 1.0, 1.0)
@@ -42,7 +43,9 @@ def draw(problem: Problem, seed: int):
 
 
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("bend", [BEND, bend_of(1e-5, 0.0, 0.0), bend_of(10.0, 1.0, 0.0)])
+@pytest.mark.parametrize(
+    "bend", [BEND, bend_of(1e-5, 0.0, 0.0, inertia=1e-5), bend_of(10.0, 1.0, 0.0, inertia=10.0)]
+)
 def test_bending_is_undone_and_its_volume_is_that_of_the_jacobian(staircases, seed, bend):
     layout, data = staircases.layout, staircases.data
     vector = draw(staircases, seed)
@@ -76,16 +79,17 @@ def test_the_ridge_of_a_slow_hyst_is_straight(staircases):
     assert jnp.isfinite(seen[1][1]).all()
 
 
-def test_friction_is_linear_where_it_shows_and_logarithmic_below(staircases):
+@pytest.mark.parametrize("name", ["D", "J"])
+def test_a_size_is_linear_where_it_shows_and_logarithmic_below(staircases, name):
     layout, data = staircases.layout, staircases.data
     there = bent(draw(staircases, 1), BEND, layout, data)
-    at = starts(layout)["D"]
+    at = starts(layout)[name]
 
-    def friction(x):
+    def size(x):
         return np.exp(unbent(there.at[at].set(x), BEND, layout, data).vector[at])
 
-    np.testing.assert_allclose(friction(40.0) / friction(20.0), 2.0, rtol=1e-6)
-    np.testing.assert_allclose(friction(-40.0) / friction(-41.0), np.e, rtol=1e-6)
+    np.testing.assert_allclose(size(40.0) / size(20.0), 2.0, rtol=1e-6)
+    np.testing.assert_allclose(size(-40.0) / size(-41.0), np.e, rtol=1e-6)
 
 
 def test_walls_stand_still_while_friction_and_first_strain_move(staircases):

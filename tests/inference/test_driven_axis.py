@@ -132,7 +132,7 @@ def test_starts_are_integrated_out(axis: Problem, mode: Mode, centred: Data) -> 
     logs = jax.lax.map(lambda node: given(middle + node), grid, batch_size=64)
     cell = 2.0 * jnp.log(2.0 * reach / (size - 1))
     whole = jax.scipy.special.logsumexp(logs, axis=0) + cell
-    np.testing.assert_allclose(linear, whole, atol=0.1)
+    np.testing.assert_allclose(linear, whole, atol=0.15)
 
 
 def test_density_does_not_jump_where_sticking_comes_and_goes(

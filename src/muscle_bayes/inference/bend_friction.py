@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import TIME, Unbent, durations, starts
+from muscle_bayes.inference.log_softplus import log_softplus, log_softplus_slope, softplus_inverse
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 
@@ -103,10 +104,8 @@ def unbent_friction(
     """
     place = place_of_friction(layout)
     x = bent[place]
-    # Far below 0 log(1 + exp(x)) is exp(x): the logarithm must not see it vanish.
-    log_rise = jnp.where(x > -30.0, jnp.log(jax.nn.softplus(jnp.maximum(x, -30.0))), x)
     log_unit = jnp.log(scale.error) + scale.creep * _log_reference(bent, layout, data)
-    return Unbent(bent.at[place].set(log_unit + log_rise), jax.nn.log_sigmoid(x) - log_rise)
+    return Unbent(bent.at[place].set(log_unit + log_softplus(x)), log_softplus_slope(x))
 
 
 def bent_friction(
@@ -115,5 +114,4 @@ def bent_friction(
     """Inverse of `unbent_friction`."""
     place = place_of_friction(layout)
     log_unit = jnp.log(scale.error) + scale.creep * _log_reference(vector, layout, data)
-    rise = jnp.exp(vector[place] - log_unit)
-    return vector.at[place].set(rise + jnp.log(-jnp.expm1(-rise)))
+    return vector.at[place].set(softplus_inverse(vector[place] - log_unit))

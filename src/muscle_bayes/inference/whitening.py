@@ -13,6 +13,7 @@ from muscle_bayes.inference.bend_friction import (
     scale_at_mode,
     scale_of_draws,
 )
+from muscle_bayes.inference.bend_inertia import error_of_draws, place_of_inertia
 from muscle_bayes.inference.bend_stiffness import stays_open
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.noise_moves import (
@@ -55,7 +56,11 @@ def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float
 
 @Program
 def _bend_of_draws(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Bend:
-    return Bend(scale_of_draws(draws, layout, data), stays_open(draws, layout, data))
+    return Bend(
+        scale_of_draws(draws, layout, data),
+        stays_open(draws, layout, data),
+        error_of_draws(draws, layout),
+    )
 
 
 @Program
@@ -89,7 +94,9 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
         return potential_at(vector, layout, data)
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
-    bend = Bend(friction, _opened(mode.vector[None], layout, data))
+    place = place_of_inertia(layout)
+    error = np.exp(mode.vector[place]) / np.sqrt(mode.information[place, place])
+    bend = Bend(friction, _opened(mode.vector[None], layout, data), jnp.asarray(error))
     centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
     turn = _turn(centre, bend, layout, data)
     information = np.asarray(turn.T @ mode.information @ turn)
@@ -110,7 +117,7 @@ def blank(layout: Layout) -> Whitening:
     size = inner.size + outer.size + noise.size
     walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
     proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()))
+    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()), jnp.ones(()))
     misfit = jnp.zeros(noise.size // 3)
     return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
 
