@@ -30,6 +30,12 @@ EffectOption = Annotated[
 ]
 
 
+GivenOption = Annotated[
+    Path | None,
+    typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
+]
+
+
 class Preset(StrEnum):
     """How long to sample."""
 
@@ -45,10 +51,7 @@ def fit(
     out: Annotated[Path, typer.Option(metavar="POSTERIOR.nc", help="Where the posterior goes.")],
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
-    given: Annotated[
-        Path | None,
-        typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
-    ] = None,
+    given: GivenOption = None,
     until: Annotated[
         float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
     ] = None,

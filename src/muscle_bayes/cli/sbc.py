@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
-from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption
+from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
 
 EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
@@ -26,6 +26,7 @@ def sbc(
     sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
+    given: GivenOption = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
@@ -49,7 +50,8 @@ def sbc(
     from muscle_bayes.report.style import save
 
     paths = tuple(path.resolve() for path in runs)
-    template = Template(paths, friction.value, tuple(effect or ()))
+    known = None if given is None else given.resolve()
+    template = Template(paths, friction.value, tuple(effect or ()), known)
     tasks = calibration_tasks(template, sets, seed)
     with fit_progress(out.name) as report:
         results = run_tasks(

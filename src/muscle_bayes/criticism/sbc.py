@@ -8,6 +8,7 @@ from typing import Any
 
 import jax
 import numpy as np
+import numpyro.distributions as dist
 from jaxtyping import Array, Int
 from scipy.stats import chisquare
 
@@ -15,7 +16,8 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import LIBRARIES, named_values, values_of
-from muscle_bayes.inference.fit import FIT_LAYERS, sample
+from muscle_bayes.inference.fit import FIT_LAYERS, fixture_prior, sample
+from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import disturbances
 from muscle_bayes.inference.problem import Problem, pose
@@ -42,10 +44,19 @@ class Template:
     """Logs from which these are taken; their readings fix the priors' centres and nothing else."""
     friction: Friction = "coulomb"
     effects: tuple[str, ...] = ()
+    given: Path | None = None
+    """Posterior of a fixture, the prior of J and D."""
+
+    @property
+    def known(self) -> dict[str, dist.Distribution] | None:
+        """Priors of J and D from `given`."""
+        if self.given is None:
+            return None
+        return fixture_prior(Posterior.load(self.given), self.friction)
 
     def problem(self) -> Problem:
         """The problem that the logs themselves pose."""
-        problem = pose(read_runs(list(self.runs)), self.friction, self.effects)
+        problem = pose(read_runs(list(self.runs)), self.friction, self.effects, self.known)
         if any(problem.layout.segmented):
             raise MuscleBayesError(
                 "a run that nothing pulls back has free starts, of which no data set can be drawn; "
@@ -135,6 +146,7 @@ def calibration_tasks(template: Template, sets: int, seed: int) -> Tasks:
         "runs": {run.name: run.checksum for run in read_runs(list(template.runs))},
         "friction": template.friction,
         "effects": template.effects,
+        "given": {name: [one.loc, one.scale] for name, one in (template.known or {}).items()},
         "effort": EFFORT,
         "source": source_checksum(*FIT_LAYERS),
         "ranks": RANKS,

@@ -32,7 +32,7 @@ FIT_LAYERS = ("physics", "data", "inference")
 EFFORTS = {"quick": QUICK, "full": FULL}
 
 
-def _as_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distribution]:
+def fixture_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distribution]:
     """Log-normal priors of J and D with the moments of an earlier posterior's logarithms."""
     if given.friction != friction:
         raise MuscleBayesError(
@@ -135,7 +135,9 @@ def fit(
     `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
-    problem = pose(runs, friction, effects, None if given is None else _as_prior(given, friction))
+    problem = pose(
+        runs, friction, effects, None if given is None else fixture_prior(given, friction)
+    )
     sampled = sample(problem, effort, seed=seed, report=report)
     report("predicting", 0, 1)
     begun = perf_counter()
