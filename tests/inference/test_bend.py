@@ -11,15 +11,17 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import FrictionScale
 from muscle_bayes.inference.bend_hyst import starts
+from muscle_bayes.inference.bend_sizes import Sizes, sizes_of_draws
 from muscle_bayes.inference.bend_stiffness import bent_stiffness, stays_open
 from muscle_bayes.inference.bend_walls import bent_walls, unbent_walls
-from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.problem import Problem, pose
 
 
-def bend_of(error: float, creep: float, opened: float, inertia: float = 3e-4) -> Bend:
+def bend_of(error: float, creep: float, opened: float, known: float = 1.0) -> Bend:
     friction = FrictionScale(np.float64(error), np.float64(creep))
-    return Bend(friction, np.float64(opened), np.float64(inertia))
+    sizes = Sizes(np.array([3e-4, 1e-2, 1e-3, 1e-2]), np.log(0.1), np.float64(known))
+    return Bend(friction, np.float64(opened), sizes)
 
 
 BEND = bend_of(3e-3, 1.0, 1.0)
@@ -44,7 +46,7 @@ def draw(problem: Problem, seed: int):
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize(
-    "bend", [BEND, bend_of(1e-5, 0.0, 0.0, inertia=1e-5), bend_of(10.0, 1.0, 0.0, inertia=10.0)]
+    "bend", [BEND, bend_of(1e-5, 0.0, 0.0, known=0.0), bend_of(10.0, 1.0, 0.0)]
 )
 def test_bending_is_undone_and_its_volume_is_that_of_the_jacobian(staircases, seed, bend):
     layout, data = staircases.layout, staircases.data
@@ -79,17 +81,52 @@ def test_the_ridge_of_a_slow_hyst_is_straight(staircases):
     assert jnp.isfinite(seen[1][1]).all()
 
 
-@pytest.mark.parametrize("name", ["D", "J"])
-def test_a_size_is_linear_where_it_shows_and_logarithmic_below(staircases, name):
+@pytest.mark.parametrize(("name", "power"), [("D", 1), ("J", 1), ("modulus", -1)])
+def test_a_size_is_linear_where_it_shows_and_logarithmic_below(staircases, name, power):
     layout, data = staircases.layout, staircases.data
     there = bent(draw(staircases, 1), BEND, layout, data)
     at = starts(layout)[name]
 
     def size(x):
-        return np.exp(unbent(there.at[at].set(x), BEND, layout, data).vector[at])
+        return np.exp(power * unbent(there.at[at].set(x), BEND, layout, data).vector[at])
 
     np.testing.assert_allclose(size(40.0) / size(20.0), 2.0, rtol=1e-6)
     np.testing.assert_allclose(size(-40.0) / size(-41.0), np.e, rtol=1e-6)
+
+
+def test_thermal_strain_is_linear_in_its_two_coordinates(staircases):
+    """Fall to the hottest temperature and bow: the strain at every temperature is linear in both.
+
+    So far as the hottest temperature logged is the 90 C to which `contraction` refers.
+    """
+    layout, data = staircases.layout, staircases.data
+    there = bent(draw(staircases, 2), BEND, layout, data)
+    at = starts(layout)
+    there = there.at[at["contraction"]].set(8.0).at[at["bend"]].set(0.1)
+
+    def strain(fall, bow, warm):
+        moved = there.at[at["contraction"]].add(fall).at[at["bend"]].add(bow)
+        values = constrain(unbent(moved, BEND, layout, data).vector, layout, data)
+        return values["contraction"] * (warm - 4.0 * values["bend"] * warm * (1.0 - warm))
+
+    for warm in (0.2, 0.5, 0.9):
+        middle, mixed = strain(0.0, 0.0, warm), strain(0.5, 0.05, warm)
+        linear = strain(0.5, 0.0, warm) + strain(0.0, 0.05, warm) - middle
+        apart = abs(strain(0.5, 0.05, warm) - middle)
+        assert abs(mixed - linear) < 0.02 * apart
+
+
+def test_sizes_are_told_by_draws(staircases):
+    layout = staircases.layout
+    at = starts(layout)
+    rng = np.random.default_rng(0)
+    logs = np.zeros((4000, sum(int(np.prod(shape)) for _, shape in layout.shapes)))
+    logs[:, at["modulus"]] = -np.log(2.0 + 0.01 * rng.standard_normal(4000))
+    logs[:, at["contraction"]] = np.log(0.1) + 0.05 * rng.standard_normal(4000)
+    sizes = sizes_of_draws(jnp.asarray(logs), layout)
+    np.testing.assert_allclose(sizes.error, [0.0, 0.005, 0.01, 0.0], rtol=0.05, atol=1e-12)
+    np.testing.assert_allclose(sizes.contraction, np.log(0.1), atol=5e-3)
+    assert sizes.known == 1.0
 
 
 def test_walls_stand_still_while_friction_and_first_strain_move(staircases):

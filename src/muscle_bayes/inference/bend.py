@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_friction import FrictionScale, bent_friction, unbent_friction
 from muscle_bayes.inference.bend_hyst import Unbent, bent_hyst, unbent_hyst
-from muscle_bayes.inference.bend_inertia import bent_inertia, unbent_inertia
+from muscle_bayes.inference.bend_sizes import Sizes, bent_sizes, unbent_sizes
 from muscle_bayes.inference.bend_stiffness import bent_stiffness, unbent_stiffness
 from muscle_bayes.inference.bend_walls import bent_walls, unbent_walls
 from muscle_bayes.inference.problem import Data, Layout
@@ -18,17 +18,16 @@ class Bend(NamedTuple):
     friction: FrictionScale
     opened: Float[Array, ""]
     """1 where HYST is never shut by the strain it begins with."""
-    inertia: Float[Array, ""]
-    """Error with which J is known."""
+    sizes: Sizes
 
 
 def unbent_smooth(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Unbent:
     """The unconstrained vector from bent coordinates of the smooth entries; the others stay."""
-    crept, hyst_volume = unbent_hyst(bent, layout, data)
+    logs, sizes_volume = unbent_sizes(bent, bend.sizes, layout)
+    crept, hyst_volume = unbent_hyst(logs, layout, data)
     stiff, stiffness_volume = unbent_stiffness(crept, bend.opened, layout, data)
-    loose, friction_volume = unbent_friction(stiff, bend.friction, layout, data)
-    vector, inertia_volume = unbent_inertia(loose, bend.inertia, layout)
-    return Unbent(vector, hyst_volume + stiffness_volume + friction_volume + inertia_volume)
+    vector, friction_volume = unbent_friction(stiff, bend.friction, layout, data)
+    return Unbent(vector, sizes_volume + hyst_volume + stiffness_volume + friction_volume)
 
 
 def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Unbent:
@@ -38,9 +37,13 @@ def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> 
     return Unbent(vector, volume + walls_volume)
 
 
+def logs_of(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
+    """The coordinates of a vector before sizes take the place of their logarithms."""
+    still = bent_walls(vector, layout, data)
+    loose = bent_friction(still, bend.friction, layout, data)
+    return bent_hyst(bent_stiffness(loose, bend.opened, layout, data), layout, data)
+
+
 def bent(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Float[Array, " n"]:
     """Inverse of `unbent`."""
-    still = bent_walls(vector, layout, data)
-    light = bent_inertia(still, bend.inertia, layout)
-    loose = bent_friction(light, bend.friction, layout, data)
-    return bent_hyst(bent_stiffness(loose, bend.opened, layout, data), layout, data)
+    return bent_sizes(logs_of(vector, bend, layout, data), bend.sizes, layout)

@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import Bend, bent, unbent
+from muscle_bayes.inference.bend import Bend, bent, logs_of, unbent
 from muscle_bayes.inference.bend_friction import (
     FrictionScale,
     scale_at_mode,
     scale_of_draws,
 )
-from muscle_bayes.inference.bend_inertia import error_of_draws, place_of_inertia
+from muscle_bayes.inference.bend_sizes import Sizes, sizes_at_mode, sizes_of_draws
 from muscle_bayes.inference.bend_stiffness import stays_open
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.noise_moves import (
@@ -56,11 +56,10 @@ def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float
 
 @Program
 def _bend_of_draws(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Bend:
-    return Bend(
-        scale_of_draws(draws, layout, data),
-        stays_open(draws, layout, data),
-        error_of_draws(draws, layout),
-    )
+    scale, opened = scale_of_draws(draws, layout, data), stays_open(draws, layout, data)
+    bend = Bend(scale, opened, Sizes.blank(layout))
+    logs = jax.vmap(lambda vector: logs_of(vector, bend, layout, data))(draws)
+    return bend._replace(sizes=sizes_of_draws(logs, layout))
 
 
 @Program
@@ -85,22 +84,40 @@ def _turn(centre: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array,
     return jax.jacfwd(lambda point: unbent(point, bend, layout, data).vector)(centre)
 
 
+@Program
+def _logs(vector: Array, bend: Bend, layout: Layout, data: Data) -> Array:
+    return logs_of(vector, bend, layout, data)
+
+
+_sizes_at_mode = Program(sizes_at_mode)
+
+
+def _at_mode(
+    mode: Mode, bend: Bend, layout: Layout, data: Data
+) -> tuple[Array, Float[np.ndarray, "n n"], Float[np.ndarray, "smooth smooth"]]:
+    """Bent coordinates of the mode, Fisher information in them, and covariance of the smooth ones."""
+    inner = blocks(layout).smooth
+    centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
+    turn = _turn(centre, bend, layout, data)
+    information = np.asarray(turn.T @ mode.information @ turn)
+    return centre, information, np.linalg.inv(information[np.ix_(inner, inner)])
+
+
 def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
     """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
     inner, outer, noise = blocks(layout)
-    smooth = np.ix_(inner, inner)
 
     def energy_of(vector: Array) -> float:
         return potential_at(vector, layout, data)
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
-    place = place_of_inertia(layout)
-    error = np.exp(mode.vector[place]) / np.sqrt(mode.information[place, place])
-    bend = Bend(friction, _opened(mode.vector[None], layout, data), jnp.asarray(error))
-    centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
-    turn = _turn(centre, bend, layout, data)
-    information = np.asarray(turn.T @ mode.information @ turn)
-    covariance = np.linalg.inv(information[smooth])
+    bend = Bend(friction, _opened(mode.vector[None], layout, data), Sizes.blank(layout))
+    _, _, covariance = _at_mode(mode, bend, layout, data)
+    spread = np.ones(mode.vector.size)
+    spread[inner] = np.sqrt(np.diag(covariance))
+    logs = _logs(mode.vector, bend, layout, data)
+    bend = bend._replace(sizes=_sizes_at_mode(logs, spread, layout))
+    centre, information, covariance = _at_mode(mode, bend, layout, data)
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
     predicted = predictions_at(mode.vector, layout, data)
@@ -117,7 +134,7 @@ def blank(layout: Layout) -> Whitening:
     size = inner.size + outer.size + noise.size
     walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
     proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()), jnp.ones(()))
+    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()), Sizes.blank(layout))
     misfit = jnp.zeros(noise.size // 3)
     return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
 
