@@ -65,8 +65,10 @@ $(BENCH_READY): requirements.lock benchmarks/requirements.lock pyproject.toml sc
 	@$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
-bench: $(BENCH_READY) ## race the gradient against other solvers and write docs/benchmarks.md
+bench: $(BENCH_READY) ## race gradient and sampler against others, see how cost grows, write docs/benchmarks.md
 	@$(BENCH)/bin/python -m benchmarks.gradient
+	@$(BENCH)/bin/python -m benchmarks.sampling
+	@$(BENCH)/bin/python -m benchmarks.scaling
 	@$(BENCH)/bin/python -m benchmarks.table
 
 bench-lock: ## pin what only the benchmarks need (needs uv)

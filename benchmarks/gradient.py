@@ -24,7 +24,7 @@ from benchmarks.competitors.lsoda import Lsoda
 from benchmarks.competitors.ours import Ours
 from benchmarks.competitors.protocol import Competitor, Coordinates, Gradient
 from benchmarks.machine import machine
-from benchmarks.ode import damping_for
+from benchmarks.ode import COARSE_ERROR, damping_for
 from benchmarks.problem import posed, reference_point
 from benchmarks.reference import error, independent, reference
 from benchmarks.timing import Timing, timings
@@ -34,9 +34,6 @@ from muscle_bayes.inference.problem import Problem
 PACKAGES = ("jax", "jaxlib", "diffrax", "numpy", "scipy", "casadi")
 TOLERANCES = tuple(10.0 ** -(half / 2) for half in range(8, 23))
 """Tried from loose to tight, two a decade from 1e-4 to 1e-11."""
-
-COARSE_ERROR = 0.01
-"""Error of the second comparison [counts RMS]: far below the sensor's resolution, far above ours."""
 AGREEMENT = 0.1
 """Largest difference of coordinates from ours [counts RMS] of a competitor that is timed."""
 DENSITY_TOLERANCE = {"equal": 0.2, "coarse": 1.0}

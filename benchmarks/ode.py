@@ -6,6 +6,8 @@ from benchmarks.problem import Lane
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.physics.muscle import DAMPER_FLOOR
 
+COARSE_ERROR = 0.01
+"""An error that just does not matter [counts RMS]: far below the sensor's resolution, far above ours."""
 LAG = 3.7
 """By how many counts RMS the overdamped rotor lags on the staircases, per N m s/rad of its damping c.
 

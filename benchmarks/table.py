@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from benchmarks import RESULTS
+from benchmarks import RESULTS, sampling_table, scaling_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 OURS, FLOOR = "muscle_bayes", "C by hand"
@@ -155,9 +155,14 @@ def page(results: dict[str, Any]) -> str:
 
 def main() -> None:
     """Write the page."""
-    PAGE.write_text(
-        page(json.loads((RESULTS / "gradient.json").read_text(encoding="utf-8"))), encoding="utf-8"
-    )
+    text = page(json.loads((RESULTS / "gradient.json").read_text(encoding="utf-8")))
+    for name, section in (
+        ("sampling", sampling_table.section),
+        ("scaling", scaling_table.section),
+    ):
+        results = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+        text += section(results)
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -123,6 +123,17 @@ class GenericDiffrax(Competitor):
         self._accuracy = damping, tolerance
         self._lanes: Lane = jax.tree.map(lambda *leaves: jnp.stack(leaves), *lanes_of(problem))
 
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """What `traced` needs besides the vector."""
+        return self._lanes, self._accuracy, self.problem.data
+
+    def traced(
+        self, vector: Float[Array, " n"], lanes: Lane, accuracy: Settings, data: Data
+    ) -> tuple[Float[Array, ""], Float[Array, " n"]]:
+        """Log posterior and its gradient within a larger program."""
+        return self._gradient(vector, lanes, accuracy, self.problem.layout, data)
+
     def coordinates(self, vector: Float[np.ndarray, " n"]) -> Coordinates:
         layout, data = self.problem.layout, self.problem.data
         return np.asarray(_coordinates(vector, self._lanes, self._accuracy, layout, data))

@@ -1,0 +1,1 @@
+"""Ways to draw from the joint posterior, one file each."""

@@ -1,0 +1,180 @@
+"""The section of docs/benchmarks.md on samplers, from the results; no number is typed."""
+
+from typing import Any
+
+AIMS = (
+    ("NumPyro NUTS on diffrax", ("numpyro_diffrax",), 10.0),
+    (
+        "the best of PyMC, nutpie, emcee and PINTS",
+        ("pymc_casadi", "nutpie_casadi", "emcee_floor", "pints_floor"),
+        50.0,
+    ),
+)
+"""How many times ours should draw more effective samples a second."""
+UNRELIABLE = "not converged"
+
+
+def rate(entry: dict[str, Any]) -> float:
+    """Effective samples of the worst identified quantity per second of warm-up and draws."""
+    return entry["quality"]["ess"] / entry["seconds"]
+
+
+def busy_rate(entry: dict[str, Any]) -> float:
+    """The same per second of processor time."""
+    return entry["quality"]["ess"] / entry["busy"] if entry["busy"] else 0.0
+
+
+def _ratio(ours: float, theirs: float) -> str:
+    return f"{ours / theirs:.3g}" if theirs else "more than any"
+
+
+def _bound(entry: dict[str, Any]) -> str:
+    return "at most " if entry["verdict"] == UNRELIABLE else ""
+
+
+def _rhat(value: float) -> str:
+    return f"{value:.3f}" if value < 10.0 else "none"
+
+
+def _row(entry: dict[str, Any], ours: dict[str, Any]) -> str:
+    if entry["failure"]:
+        return f"| {entry['sampler']} | **fails:** {entry['failure']} |" + " |" * 11
+    quality, bound = entry["quality"], _bound(entry)
+    diverging = "not told" if entry["diverging"] < 0 else str(entry["diverging"])
+    each = quality["ess"] / max(entry["evaluations"], 1)
+    least = "at least " if bound else ""
+    cells = [
+        entry["sampler"],
+        entry["verdict"],
+        f"{entry['seconds']:.0f} s",
+        f"{quality['chains']} x {quality['draws']}",
+        f"{bound}{quality['ess']:.0f}",
+        _rhat(quality["rhat"]),
+        f"{quality['ess_all']:.0f}, {_rhat(quality['rhat_all'])}",
+        diverging,
+        str(entry["evaluations"]),
+        f"{bound}{each:.2g}",
+        f"{bound}{rate(entry):.2g}",
+        f"{least}{_ratio(rate(ours), rate(entry))}",
+        f"{least}{_ratio(busy_rate(ours), busy_rate(entry))}",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _rows(entries: dict[str, dict[str, Any]]) -> list[str]:
+    titles = (
+        "sampler",
+        "verdict",
+        "time",
+        "draws",
+        "ESS",
+        "R-hat",
+        "ESS and R-hat of all",
+        "divergences",
+        "evaluations",
+        "ESS per evaluation",
+        "ESS/s",
+        "ours is faster by",
+        "by processor time",
+    )
+    head = [f"| {' | '.join(titles)} |", "|" + "---|" * len(titles)]
+    return head + [_row(entry, entries["ours"]) for entry in entries.values()]
+
+
+def _aims(entries: dict[str, dict[str, Any]]) -> list[str]:
+    lines = [
+        "| ours draws more effective samples a second than | wanted | measured |",
+        "|---|---|---|",
+    ]
+    for meaning, names, wanted in AIMS:
+        others = [entries[name] for name in names if name in entries]
+        others = [entry for entry in others if not entry["failure"]]
+        if not others:
+            lines.append(f"| {meaning} | {wanted:g} x | none was measured |")
+            continue
+        best = max(others, key=rate)
+        theirs = rate(best)
+        ratio = rate(entries["ours"]) / theirs if theirs else float("inf")
+        least = "at least " if _bound(best) else ""
+        if ratio >= wanted:
+            holds = "holds"
+        else:
+            holds = "**missed**" if not least else "**not shown**, its draws only bound its rate"
+        if entries["ours"]["verdict"] == UNRELIABLE:
+            holds = "**not shown**, ours did not converge"
+        lines.append(
+            f"| {meaning} ({best['sampler']}) | {wanted:g} x | {least}{ratio:.3g} x: {holds} |"
+        )
+    return lines
+
+
+def _at_our_rate(entries: dict[str, dict[str, Any]], processes: int) -> list[str]:
+    """What a longer cap would give NUTS at best: draws as good as on our density, at its own pace."""
+    free = entries.get("numpyro_ours")
+    if free is None or free["failure"] or free["verdict"] == UNRELIABLE:
+        return []
+    each = free["quality"]["ess"] / free["evaluations"]
+    lines = [
+        "Were their draws as good as NUTS's on our density, "
+        f"{each:.2g} effective samples a gradient, then at their own pace of gradients:",
+        "",
+        "| sampler | gradients a second | ESS/s | ours is faster by |",
+        "|---|---|---|---|",
+    ]
+    for name in ("numpyro_diffrax", "pymc_casadi", "nutpie_casadi"):
+        entry = entries.get(name)
+        if entry is None or entry["failure"]:
+            continue
+        pace = processes / entry["call"]
+        cells = [entry["sampler"], f"{pace:.2g}", f"{pace * each:.2g}"]
+        cells.append(_ratio(rate(entries["ours"]), pace * each))
+        lines.append(f"| {' | '.join(cells)} |")
+    return [*lines, ""]
+
+
+def section(results: dict[str, Any]) -> str:
+    """The section, to follow that of the gradient."""
+    entries = results["entries"]
+    ours = entries["ours"]
+    walls, stages = ours["walls"], ours["stages"]
+    told = ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in stages.items())
+    enough = "reached" if ours["verdict"] == "converged" else "**did not reach**"
+    versions = ", ".join(f"{name} {value}" for name, value in results["machine"].items())
+    off = ", ".join(
+        f"{entry['sampler']} {entry['density_off']:.1g}"
+        for entry in entries.values()
+        if not entry["failure"] and entry is not ours
+    )
+    lines = [
+        "",
+        "## Draws from the joint posterior of three staircases",
+        "",
+        f"{results['unknowns']} unknowns. Each sampler but ours draws for {results['cap']:g} s, its "
+        f"compilation not counted, with {results['processes']} processes; what it had drawn by then is "
+        "judged.",
+        f"Machine: {versions}; load average {results['load']:.1f} when it began.",
+        "",
+        "ESS is arviz's bulk effective sample size of the worst quantity, R-hat the greatest. Those of "
+        f"{' and '.join(results['hardly_known'])} are told with all only:",
+        "slow runs bound these two from above at most. Where R-hat exceeds "
+        f"{results['largest_rhat']:g} the draws tell no more than a bound.",
+        "Evaluations are of gradients, emcee's and PINTS's of values; they include warm-up.",
+        "",
+        *_rows(entries),
+        "",
+        f"Ours {enough} R-hat <= 1.01 and ESS >= 400 within {walls['cold']:.1f} s of a cold start and "
+        f"{walls['warm']:.1f} s of a warm one, by the clock of whoever started the process.",
+        f"Warm: {told}. Its rate above counts sampling with warm-up, as the others' does; with "
+        "everything from the start of the",
+        f"process it is {ours['quality']['ess'] / walls['warm']:.2g} ESS/s warm, "
+        f"{ours['quality']['ess'] / walls['cold']:.2g} cold.",
+        "",
+        *_at_our_rate(entries, results["processes"]),
+        *_aims(entries),
+        "",
+        "Log posteriors differ from ours at dispersed points, a constant taken off, by at most: "
+        f"{off}.",
+        "Stan is not measured: its model is not written.",
+        "",
+    ]
+    return "\n".join(lines)

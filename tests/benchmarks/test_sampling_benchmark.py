@@ -1,0 +1,150 @@
+"""Samplers are judged alike; nothing here is timed, and none of their packages is needed."""
+
+import jax
+import numpy as np
+import pytest
+
+from benchmarks.judging import identified, judge, kept
+from benchmarks.problem import posed, reference_point
+from benchmarks.samplers.numpyro_nuts import NumpyroDiffrax, NumpyroOurs
+from benchmarks.samplers.protocol import Frame, whitened
+from benchmarks.sampling_table import UNRELIABLE, busy_rate, rate, section
+
+EVERY = np.ones(3, bool)
+
+
+def _chains(phi: float, draws: int = 4000, chains: int = 4) -> np.ndarray:
+    """Stationary autoregressive chains of three entries, standard normal."""
+    rng = np.random.default_rng(3)
+    shocks = rng.standard_normal((chains, draws, 3)) * np.sqrt(1.0 - phi**2)
+    result = np.empty_like(shocks)
+    result[:, 0] = rng.standard_normal((chains, 3))
+    for i in range(1, draws):
+        result[:, i] = phi * result[:, i - 1] + shocks[:, i]
+    return result
+
+
+def test_known_chains_have_their_effective_sample_size() -> None:
+    phi = 0.6
+    found = judge(_chains(phi), EVERY)
+    assert found.ess == pytest.approx(16000 * (1.0 - phi) / (1.0 + phi), rel=0.15)
+    assert found.verdict == "converged"
+
+
+def test_chains_apart_are_not_converged() -> None:
+    apart = _chains(0.0, 200) + 3.0 * np.arange(4)[:, None, None]
+    assert judge(apart, EVERY).verdict == UNRELIABLE
+
+
+def test_few_independent_draws_give_a_rate_but_do_not_suffice() -> None:
+    assert judge(_chains(0.0, 80), EVERY).verdict == "usable"
+
+
+def test_no_draws_are_no_convergence() -> None:
+    for count in (0, 1, 3):
+        assert judge(np.zeros((2, count, 3)), EVERY).verdict == UNRELIABLE
+    still = judge(np.zeros((2, 50, 3)), EVERY)
+    assert still.verdict == UNRELIABLE
+
+
+def test_what_is_hardly_known_is_judged_apart() -> None:
+    chains = _chains(0.0)
+    chains[..., 1] += 3.0 * np.arange(4)[:, None]
+    found = judge(chains, np.array([True, False, True]))
+    assert found.verdict == "converged"
+    assert found.rhat_all > 1.1
+    assert found.ess_all < found.ess
+
+
+def test_a_cap_within_the_warm_up_leaves_the_later_half() -> None:
+    draws = np.arange(10)
+    np.testing.assert_array_equal(kept(draws, draws < 3), draws[3:])
+    np.testing.assert_array_equal(kept(draws, draws < 8), draws[5:])
+
+
+def test_the_problem_hides_inertia_and_friction_only() -> None:
+    problem = posed(("staircase-139g",))
+    counted = identified(problem.layout)
+    assert counted.size - counted.sum() == 2
+    assert not counted[:2].any()
+
+
+def test_whitened_density_has_its_gradient_and_refuses_failures() -> None:
+    class Counter:
+        evaluations = 0
+
+        def begin(self) -> None: ...
+
+    factor = np.array([[2.0, 0.0], [1.0, 3.0]])
+    frame = Frame(np.array([1.0, -1.0]), factor, np.empty((0, 2)))
+    counter = Counter()
+    call = whitened(lambda x: (-float(x @ x), -2.0 * x), frame, counter)
+    z = np.array([0.3, -0.7])
+    value, gradient = call(z)
+    vector = frame.vector(z)
+    assert value == pytest.approx(-vector @ vector)
+    steps = 1e-6 * np.eye(2)
+    slope = [(call(z + one)[0] - call(z - one)[0]) / 2e-6 for one in steps]
+    np.testing.assert_allclose(gradient, slope, rtol=1e-6)
+    assert counter.evaluations == 5
+
+    def failing(_: np.ndarray) -> tuple[float, np.ndarray]:
+        raise RuntimeError("integration failed")
+
+    assert whitened(failing, frame, counter)(z)[0] == -np.inf
+
+
+def _entry(name: str, ess: float, verdict: str) -> dict:
+    quality = {"draws": 100, "chains": 2, "ess": ess, "rhat": 1.2 if verdict == UNRELIABLE else 1.0}
+    quality |= {"ess_all": ess / 2, "rhat_all": 1.3}
+    return {
+        "sampler": name,
+        "settings": "",
+        "seconds": 10.0,
+        "busy": 20.0,
+        "setup": 1.0,
+        "evaluations": 1000,
+        "diverging": 0,
+        "density_off": 0.1,
+        "call": 0.5,
+        "quality": quality,
+        "failure": "",
+        "verdict": verdict,
+    }
+
+
+def test_the_section_tells_rates_bounds_and_aims() -> None:
+    ours = _entry("muscle_bayes", 1000.0, "converged")
+    ours |= {"walls": {"cold": 40.0, "warm": 20.0}, "stages": {"sampling": 10.0}}
+    slow = _entry("NumPyro NUTS on diffrax", 5.0, UNRELIABLE)
+    good = _entry("PINTS on the C floor", 50.0, "usable")
+    assert rate(ours) == 100.0
+    assert busy_rate(ours) == 50.0
+    results = {"machine": {}, "load": 0.1, "cap": 10.0, "processes": 2, "unknowns": 3}
+    results |= {"hardly_known": ["J", "D"], "largest_rhat": 1.05}
+    free = _entry("NumPyro NUTS on our density", 100.0, "usable")
+    results["entries"] = {"ours": ours, "numpyro_diffrax": slow, "pints_floor": good}
+    results["entries"] |= {"numpyro_ours": free}
+    text = section(results)
+    assert "at most 0.5 | at least 200" in text
+    assert "| 4 | 0.4 | 250 |" in text, "two processes, half a second a gradient, 0.1 draws each"
+    assert "at least 200 x: holds" in text
+    assert "50 x | 20 x: **missed**" in text
+    results["entries"]["ours"] = ours | {"verdict": UNRELIABLE}
+    assert section(results).count("**not shown**") == 2
+    assert "reached R-hat <= 1.01" in text
+
+
+@pytest.mark.slow
+def test_nuts_sees_the_competitors_density_and_gradient() -> None:
+    with jax.enable_x64(True):
+        problem = posed(("staircase-139g",))
+        point = np.asarray(reference_point(problem))
+        frame = Frame(point, np.eye(point.size), np.empty((0, point.size)))
+        found = []
+        for kind in (NumpyroOurs, NumpyroDiffrax):
+            energy, arrays = kind(problem, frame).energy()
+            found.append(jax.value_and_grad(energy)(point, *arrays))
+    (value, gradient), (other, slope) = found
+    np.testing.assert_allclose(other, value, atol=1.0)
+    assert np.linalg.norm(slope - gradient) < 0.15 * np.linalg.norm(gradient)
