@@ -9,13 +9,13 @@ import arviz as az
 import jax
 import numpy as np
 import xarray as xr
-from jaxtyping import Array
 
 from muscle_bayes.inference.lane_model import muscle_of
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
-from muscle_bayes.inference.problem import Data, Layout, Problem
+from muscle_bayes.inference.prior_draws import prior_draws
+from muscle_bayes.inference.problem import Data, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import constrained, fits_with, predictions_at, unconstrained
 from muscle_bayes.inference.sampler import MAX_RHAT, Draws
@@ -40,15 +40,6 @@ def values_of(drawn: Draws, problem: Problem) -> dict[str, Any]:
 def _table_2(values: dict[str, Any], data: Data) -> dict[str, Any]:
     muscle = muscle_of(values, data)
     return {} if muscle is None else {name: getattr(muscle, name) for name in MUSCLE_PARAMETERS}
-
-
-@Program
-def _prior_draws(key: Array, layout: Layout, data: Data) -> dict[str, Array]:
-    keys = jax.random.split(key, len(layout.shapes))
-    return {
-        name: data.priors[name].sample(key, (1, PRIOR_DRAWS))
-        for key, (name, _) in zip(keys, layout.shapes, strict=True)
-    }
 
 
 def named_values(problem: Problem, values: dict[str, Any]) -> dict[str, Any]:
@@ -98,7 +89,8 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
     layout, data = problem.layout, problem.data
     values = values_of(drawn, problem)
     posterior = _dataset(problem, named_values(problem, values), ["chain", "draw"])
-    prior = _prior_draws(jax.random.key(seed + 1), layout, data)
+    prior = prior_draws(jax.random.key(seed + 1), PRIOR_DRAWS, layout, data)
+    prior = {name: value[None] for name, value in prior.items()}
     thinned = thin(values, PREDICTIVE_DRAWS)
     predictions = predict(problem, thinned, seed + 2)
     statistics = {

@@ -16,8 +16,6 @@ class Bend(NamedTuple):
     """What fixes the coordinates of a fit."""
 
     friction: FrictionScale
-    opened: Float[Array, ""]
-    """1 where HYST is never shut by the strain it begins with."""
     sizes: Sizes
 
 
@@ -25,7 +23,7 @@ def unbent_smooth(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Da
     """The unconstrained vector from bent coordinates of the smooth entries; the others stay."""
     logs, sizes_volume = unbent_sizes(bent, bend.sizes, layout)
     crept, hyst_volume = unbent_hyst(logs, layout, data)
-    stiff, stiffness_volume = unbent_stiffness(crept, bend.opened, layout, data)
+    stiff, stiffness_volume = unbent_stiffness(crept, layout, data)
     vector, friction_volume = unbent_friction(stiff, bend.friction, layout, data)
     return Unbent(vector, sizes_volume + hyst_volume + stiffness_volume + friction_volume)
 
@@ -41,7 +39,7 @@ def logs_of(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) 
     """The coordinates of a vector before sizes take the place of their logarithms."""
     still = bent_walls(vector, layout, data)
     loose = bent_friction(still, bend.friction, layout, data)
-    return bent_hyst(bent_stiffness(loose, bend.opened, layout, data), layout, data)
+    return bent_hyst(bent_stiffness(loose, layout, data), layout, data)
 
 
 def bent(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Float[Array, " n"]:

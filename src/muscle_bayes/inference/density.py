@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 from numpyro.distributions import biject_to
 
+from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.lane_model import LanePrediction, Values, predictions, zeros_of
 from muscle_bayes.inference.noise import NoiseParameters, reading_variance, whiten
+from muscle_bayes.inference.prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 
 LOG_2PI = float(np.log(2.0 * np.pi))
@@ -121,8 +123,17 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"
     return jnp.concatenate(parts)
 
 
+def is_possible(values: Values, data: Data) -> Bool[Array, ""]:
+    """Whether HYST begins no run shorter than shut."""
+    possible = jnp.asarray(True)
+    for name, stretch in values.items():
+        if name.endswith(".hyst_stretch"):
+            possible &= jnp.all(first_hyst(stretch, data.tension, values) >= STRAIN_EPSILON)
+    return possible
+
+
 def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
-    """Log prior density of the unconstrained vector."""
+    """Log prior density of the unconstrained vector, up to a constant; -inf where impossible."""
     total, position = jnp.zeros(()), 0
     for name, shape in layout.shapes:
         size = int(np.prod(shape))
@@ -132,7 +143,7 @@ def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[A
         total += data.priors[name].log_prob(value).sum()
         total += jnp.sum(transform.log_abs_det_jacobian(part, value))
         position += size
-    return total
+    return jnp.where(is_possible(constrain(vector, layout, data), data), total, -jnp.inf)
 
 
 def _total(fits: list[LaneFit]) -> Float[Array, ""]:

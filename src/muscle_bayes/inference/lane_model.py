@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
-from muscle_bayes.inference.prior import muscle_parameters, resting_hyst
+from muscle_bayes.inference.prior import first_hyst, muscle_parameters
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
@@ -97,7 +97,7 @@ def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -
         speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)
     if stretch is None:
         return Origin(lanes.scale * first, speed, None)
-    hyst = resting_hyst(data.tension, values) + stretch[lanes.run]
+    hyst = first_hyst(stretch, data.tension, values)[lanes.run]
     return Origin(lanes.scale * first, speed, hyst)
 
 

@@ -18,6 +18,7 @@ from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import resting_hyst, strain_under
+from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import ReductionError, solved_adequately, with_inertia
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
@@ -122,9 +123,5 @@ def predict_from_prior(
 ) -> list[Prediction]:
     """What the priors alone say of these runs: draws that could not be real show a poor prior."""
     problem = pose(runs, friction, effects)
-    keys = jax.random.split(jax.random.key(seed), len(problem.layout.shapes))
-    values = {
-        name: problem.data.priors[name].sample(key, (draws,))
-        for key, (name, _) in zip(keys, problem.layout.shapes, strict=True)
-    }
+    values = prior_draws(jax.random.key(seed), draws, problem.layout, problem.data)
     return predict(problem, values, seed + 1)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
@@ -137,6 +137,17 @@ def muscle_parameters(
 def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
     """sigma_hyst at rest under `tension` [N] (eq. 13 inverted)."""
     return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
+
+
+def first_hyst(
+    stretch: Array, tension: Array | float, values: Mapping[str, Array]
+) -> Float[Array, " run"]:
+    """sigma_hyst at each run's first row, `stretch` above its rest under `tension` [N].
+
+    HYST cannot begin shorter than shut: values with which any of these is below STRAIN_EPSILON, the
+    strain over which coils part, are impossible.
+    """
+    return resting_hyst(tension, values) + stretch
 
 
 def mean_first_strain(runs: Sequence[Run]) -> float:

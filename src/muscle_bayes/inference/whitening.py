@@ -14,7 +14,6 @@ from muscle_bayes.inference.bend_friction import (
     scale_of_draws,
 )
 from muscle_bayes.inference.bend_sizes import Sizes, sizes_at_mode, sizes_of_draws
-from muscle_bayes.inference.bend_stiffness import stays_open
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.noise_moves import (
     Proposal,
@@ -56,15 +55,9 @@ def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float
 
 @Program
 def _bend_of_draws(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Bend:
-    scale, opened = scale_of_draws(draws, layout, data), stays_open(draws, layout, data)
-    bend = Bend(scale, opened, Sizes.blank(layout))
+    bend = Bend(scale_of_draws(draws, layout, data), Sizes.blank(layout))
     logs = jax.vmap(lambda vector: logs_of(vector, bend, layout, data))(draws)
     return bend._replace(sizes=sizes_of_draws(logs, layout))
-
-
-@Program
-def _opened(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Array:
-    return stays_open(draws, layout, data)
 
 
 @Program
@@ -111,7 +104,7 @@ def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
         return potential_at(vector, layout, data)
 
     friction = scale_at_mode(energy_of, mode.vector, layout, data)
-    bend = Bend(friction, _opened(mode.vector[None], layout, data), Sizes.blank(layout))
+    bend = Bend(friction, Sizes.blank(layout))
     _, _, covariance = _at_mode(mode, bend, layout, data)
     spread = np.ones(mode.vector.size)
     spread[inner] = np.sqrt(np.diag(covariance))
@@ -134,7 +127,7 @@ def blank(layout: Layout) -> Whitening:
     size = inner.size + outer.size + noise.size
     walled = WalledProposal(jnp.zeros(outer.size), Table.empty(layout))
     proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
-    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), jnp.zeros(()), Sizes.blank(layout))
+    bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), Sizes.blank(layout))
     misfit = jnp.zeros(noise.size // 3)
     return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
 
