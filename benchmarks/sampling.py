@@ -37,7 +37,7 @@ PROCESSES = 2
 STARTS = 96
 CHECKED = 4
 """Starts at which a sampler's density is compared with ours."""
-DENSITY_LIMIT = 3.0
+DENSITY_LIMIT = 5.0
 """Greatest `density_off` of a sampler that is compared. Solutions that err by hundredths of a count bend
 the posterior by about that; who samples a slightly other density has it no harder."""
 FURTHEST = 2.0

@@ -13,8 +13,10 @@ WAYS = {
     "numpyro_diffrax": ("numpyro_nuts", "NumpyroDiffrax"),
     "pymc_casadi": ("pymc_casadi", "PymcCasadi"),
     "nutpie_casadi": ("nutpie_casadi", "NutpieCasadi"),
-    "emcee_floor": ("emcee_floor", "EmceeFloor"),
-    "pints_floor": ("pints_floor", "PintsFloor"),
+    "emcee_cvodes": ("emcee_moves", "EmceeCvodes"),
+    "pints_cvodes": ("pints_metropolis", "PintsCvodes"),
+    "emcee_floor": ("emcee_moves", "EmceeFloor"),
+    "pints_floor": ("pints_metropolis", "PintsFloor"),
     "numpyro_ours": ("numpyro_nuts", "NumpyroOurs"),
 }
 """Module and class of each sampler; a module is imported only where its packages are needed."""

@@ -117,13 +117,13 @@ def test_the_section_tells_rates_bounds_and_aims() -> None:
     ours = _entry("muscle_bayes", 1000.0, "converged")
     ours |= {"walls": {"cold": 40.0, "warm": 20.0}, "stages": {"sampling": 10.0}}
     slow = _entry("NumPyro NUTS on diffrax", 5.0, UNRELIABLE)
-    good = _entry("PINTS on the C floor", 50.0, "usable")
+    good = _entry("PINTS on CVODES", 50.0, "usable")
     assert rate(ours) == 100.0
     assert busy_rate(ours) == 50.0
     results = {"machine": {}, "load": 0.1, "cap": 10.0, "processes": 2, "unknowns": 3}
     results |= {"hardly_known": ["J", "D"], "largest_rhat": 1.05}
     free = _entry("NumPyro NUTS on our density", 100.0, "usable")
-    results["entries"] = {"ours": ours, "numpyro_diffrax": slow, "pints_floor": good}
+    results["entries"] = {"ours": ours, "numpyro_diffrax": slow, "pints_cvodes": good}
     results["entries"] |= {"numpyro_ours": free}
     text = section(results)
     assert "at most 0.5 | at least 200" in text

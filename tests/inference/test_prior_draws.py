@@ -30,6 +30,8 @@ def test_hyst_never_begins_shorter_than_shut():
     assert np.mean(draws["slow.hyst_stretch"] < 0.0) < 0.48
     one = {name: value[0] for name, value in draws.items()}
     assert jnp.isfinite(log_prior(unconstrain(one, layout, data), layout, data))
-    one["slow.hyst_stretch"] = one["slow.hyst_stretch"].at[1].add(STRAIN_EPSILON - first[0, 1] - 1e-6)
+    one["slow.hyst_stretch"] = (
+        one["slow.hyst_stretch"].at[1].add(STRAIN_EPSILON - first[0, 1] - 1e-6)
+    )
     assert not is_possible(one, data)
     assert log_prior(unconstrain(one, layout, data), layout, data) == -jnp.inf

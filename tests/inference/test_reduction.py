@@ -9,8 +9,12 @@ import pytest
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.inference import reduction
+from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.lane_model import muscle_of, responses
+from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.programs import solved_at
 from muscle_bayes.inference.reduction import (
     TOLERANCE,
     ReductionError,
@@ -75,3 +79,34 @@ def test_only_the_named_runs_keep_inertia(shipped: Problem) -> None:
 )
 def test_inertia_is_kept_only_where_it_was_solved(rms: float, used: bool) -> None:
     assert ReductionError(rms, 1.0, TOLERANCE).tolerable is used
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_solved_is_near_full_inertia_over_the_prior(
+    shipped: Problem, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Against full inertia on steps half as long, whichever solution is used."""
+    layout, data = shipped.layout, shipped.data
+    with jax.enable_x64(True):
+        draws = prior_draws(jax.random.key(seed), 1, layout, data)
+        values = {name: value[0] for name, value in draws.items()}
+        used = solved_adequately(shipped, values)
+        monkeypatch.setattr(reduction, "SWING_STEP", 0.5 * reduction.SWING_STEP)
+        whole = with_inertia(shipped, values, SLOW)
+        found, reference = (readings(problem, values) for problem in (used, whole))
+    for name in SLOW:
+        if np.isfinite(used.reduction[name].rms):
+            assert np.sqrt(np.mean((found[name] - reference[name]) ** 2)) < TOLERANCE, name
+
+
+def readings(problem: Problem, values) -> dict[str, np.ndarray]:
+    """The model's mean reading in every interval that lasts, by run."""
+    vector = unconstrain(values, problem.layout, problem.data)
+    solved = solved_at(vector, problem.layout, problem.data).responses
+    result = {}
+    for lanes, response, owners in zip(problem.data.lanes, solved, problem.lane_runs, strict=True):
+        for lane, owner in enumerate(owners):
+            lasting = np.diff(np.asarray(lanes.schedule.time[lane])) > 0.0
+            result[problem.runs[owner].name] = np.asarray(response.averaged[lane])[lasting]
+    return result

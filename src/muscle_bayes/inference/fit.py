@@ -22,7 +22,7 @@ from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.reduction import solved_adequately
+from muscle_bayes.inference.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.sampler import Draws, Effort, draw
 
 QUICK = Effort(warmup=120, draws=160, rounds=16, min_ess=200)
@@ -44,11 +44,22 @@ def fixture_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distri
     return {name: dist.LogNormal(log.mean(), log.std()) for name, log in logs.items()}
 
 
-def _improved(problem: Problem, mode: Mode) -> Problem:
-    """The problem with what only a mode can tell: segments' pivots, and which runs need inertia."""
+def _improved(problem: Problem, mode: Mode) -> tuple[Problem, Mode]:
+    """The problem with what only a mode can tell, segments' pivots and which runs need inertia.
+
+    And its mode. Runs whose full inertia has no derivative there stay without.
+    """
     data = pivoted(mode.vector, problem.layout, problem.data)
-    values = constrain(mode.vector, problem.layout, data)
-    return solved_adequately(replace(problem, data=data), values)
+    reduced = replace(problem, data=data)
+    whole = solved_adequately(reduced, constrain(mode.vector, problem.layout, data))
+    if whole.data is not reduced.data:
+        found = refine(mode, whole.layout, whole.data)
+        if np.isfinite(found.information).all():
+            return whole, found
+        whole = replace(reduced, reduction=unsolved(whole.reduction))
+    if whole.data is not problem.data:
+        mode = refine(mode, whole.layout, whole.data)
+    return whole, mode
 
 
 class Sampled(NamedTuple):
@@ -84,10 +95,7 @@ def sample(
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(_compiled, preparation)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
-        better = _improved(problem, mode)
-        if better.data is not problem.data:
-            mode = refine(mode, better.layout, better.data)
-        problem = better
+        problem, mode = _improved(problem, mode)
         report("searching", STARTS, STARTS)
         found = perf_counter()
         compiling = ready.result()

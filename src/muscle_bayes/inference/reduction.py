@@ -1,6 +1,6 @@
 """Whether slow motion without inertia is good enough for a run; where it is not, inertia is kept."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -76,6 +76,14 @@ def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     size = -(-max(sizes) // EVEN) * EVEN
     grids = [refined(one, limit, size) for one, limit in zip(schedules, longest, strict=True)]
     return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
+
+
+def unsolved(errors: Mapping[str, ReductionError]) -> dict[str, ReductionError]:
+    """The errors where full inertia, wanted, could not be solved: unknown."""
+    return {
+        name: one if one.tolerable else one._replace(rms=float("inf"))
+        for name, one in errors.items()
+    }
 
 
 def _is_reduced(lanes: Lanes, regime: str) -> bool:

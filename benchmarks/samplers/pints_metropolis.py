@@ -1,17 +1,16 @@
-"""PINTS's adaptive Metropolis on the C floor, the quickest density that is not ours."""
+"""PINTS's adaptive Metropolis, on CVODES and on the C floor."""
 
 import numpy as np
 import pints
 from jaxtyping import Float
 
-from benchmarks.samplers.emcee_floor import _Floor
 from benchmarks.samplers.protocol import Record
+from benchmarks.samplers.values import OnCvodes, OnFloor, Values
 
 
-class PintsFloor(_Floor):
+class _Pints(Values):
     """Haario and Bardenet's adaptive covariance, begun from the Fisher information's."""
 
-    name = "PINTS on the C floor"
     settings = "Haario-Bardenet adaptive covariance"
     warmup = 5000
 
@@ -27,3 +26,15 @@ class PintsFloor(_Floor):
             if told is not None:
                 record.add(told[0][None], done < self.warmup)
                 done += 1
+
+
+class PintsCvodes(OnCvodes, _Pints):
+    """On CVODES."""
+
+    name = "PINTS on CVODES"
+
+
+class PintsFloor(OnFloor, _Pints):
+    """On the C floor."""
+
+    name = "PINTS on the C floor"
