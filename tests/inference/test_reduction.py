@@ -20,6 +20,7 @@ from muscle_bayes.inference.reduction import (
     ReductionError,
     reduction_errors,
     solved_adequately,
+    unsolved,
     with_inertia,
 )
 from muscle_bayes.study.published import TABLE_2
@@ -79,6 +80,14 @@ def test_only_the_named_runs_keep_inertia(shipped: Problem) -> None:
 )
 def test_inertia_is_kept_only_where_it_was_solved(rms: float, used: bool) -> None:
     assert ReductionError(rms, 1.0, TOLERANCE).tolerable is used
+
+
+def test_inertia_that_was_wanted_and_not_solved_is_told_as_unknown() -> None:
+    fine, poor = ReductionError(0.1, 1.0, TOLERANCE), ReductionError(0.9, 1.0, TOLERANCE)
+    found = unsolved({"fine": fine, "poor": poor})
+    assert found["fine"] == fine
+    assert not np.isfinite(found["poor"].rms)
+    assert found["poor"].tolerable
 
 
 @pytest.mark.slow

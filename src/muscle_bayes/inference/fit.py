@@ -16,11 +16,11 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.density import constrain
-from muscle_bayes.inference.kernel import Preparation, prepare
 from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.preparation import Preparation, prepare
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.sampler import Draws, Effort, draw

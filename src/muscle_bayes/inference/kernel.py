@@ -1,7 +1,7 @@
 """One chain's transitions: Hamiltonian trajectories in whitened coordinates within a Gibbs sampler."""
 
 from collections.abc import Callable
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import jax
@@ -18,9 +18,8 @@ from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.walled_moves import WalledState, move_walled
-from muscle_bayes.inference.whitening import Whitening, blank
+from muscle_bayes.inference.whitening import Whitening
 
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
@@ -106,7 +105,7 @@ class Kernel(NamedTuple):
 
 
 @lru_cache(maxsize=32)
-def _kernel(layout: Layout) -> Kernel:
+def kernel_of(layout: Layout) -> Kernel:
     """Kernel of a layout, not compiled."""
     inner, outer, noise = blocks(layout)
 
@@ -264,50 +263,3 @@ def _kernel(layout: Layout) -> Kernel:
         return jax.lax.fori_loop(0, count, one, (state, room))
 
     return Kernel(start, advance)
-
-
-@Program
-def _start(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainState:
-    return _kernel(layout).start(key, white, data)
-
-
-@Program
-def _advance(
-    state: ChainState, white: Whitening, data: Data, step: Array, count: Array, layout: Layout
-) -> tuple[ChainState, Transition]:
-    return _kernel(layout).advance(state, white, data, step, count)
-
-
-class Preparation:
-    """A kernel that is traced; compiling it can be left to another thread, tracing cannot.
-
-    JAX traces the same function in two threads at once at its peril, and tracing holds Python's lock.
-    """
-
-    def __init__(self, layout: Layout, data: Data) -> None:
-        key, white = jax.random.key(0), blank(layout)
-        state = jax.eval_shape(_kernel(layout).start, key, white, data)
-        step, count = jnp.asarray(0.0), jnp.asarray(0)
-        self._lowered = Kernel(
-            _start.lower(key, white, data, layout),
-            _advance.lower(state, white, data, step, count, layout),
-        )
-
-    @cached_property
-    def kernel(self) -> Kernel:
-        """The kernel, compiled."""
-        with jax.enable_x64(True):
-            return Kernel(*(one.compile() for one in self._lowered))
-
-
-_PREPARED: dict[Any, Preparation] = {}
-
-
-def prepare(layout: Layout, data: Data) -> Preparation:
-    """The preparation for data of this layout and these shapes, made once in a session."""
-    leaves, structure = jax.tree.flatten(data)
-    shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-    known = (layout, structure, shapes)
-    if known not in _PREPARED:
-        _PREPARED[known] = Preparation(layout, data)
-    return _PREPARED[known]

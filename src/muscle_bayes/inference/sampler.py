@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, Preparation, restart
+from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, restart
 from muscle_bayes.inference.optimise import Mode
+from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.whitening import Whitening, rewhiten, whitening
 
