@@ -87,7 +87,7 @@ def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
     return jnp.zeros(lanes.run.shape) if zero is None or cut else zero[lanes.run]
 
 
-def _origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
+def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
     """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
         return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
@@ -122,7 +122,7 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
     return simulate
 
 
-def _simulate(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
+def simulate_lane(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> Response:
     """Response of one lane; `averaged` in readings above the reading at q = 0."""
     return _simulator(layout, regime)(inputs, lane)
 
@@ -134,11 +134,11 @@ def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
         def one(lane, origin, zero, regime=regime):
-            response = _simulate(Inputs(physical, origin), lane, layout, regime)
+            response = simulate_lane(Inputs(physical, origin), lane, layout, regime)
             return response._replace(averaged=zero + response.averaged)
 
-        origins = _origins(values, lanes, data, regime, cut)
-        result.append(jax.vmap(one)(lanes, origins, zeros_of(values, lanes, regime, cut)))
+        begins = origins(values, lanes, data, regime, cut)
+        result.append(jax.vmap(one)(lanes, begins, zeros_of(values, lanes, regime, cut)))
     return result
 
 
@@ -162,7 +162,7 @@ def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
 
     def predict(leaves: Array, lane: Lanes) -> LanePrediction:
         inputs = jax.tree.unflatten(structure, list(leaves))
-        response = _simulate(inputs, lane, layout, regime)
+        response = simulate_lane(inputs, lane, layout, regime)
         return LanePrediction(response.averaged, None, response.finite * 1.0)
 
     return jax.jit(with_forward_jacobian(predict))
@@ -173,28 +173,32 @@ START_SHARE = 0.05
 start's prior standard deviation: about as well as its readings tell a start."""
 
 
-@lru_cache(maxsize=64)
-def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
-    """LanePrediction of one segment from the leaves of Physical, differentiable in any mode.
+def of_segment(physical: Physical, lane: Lanes, layout: Layout, regime: str) -> LanePrediction:
+    """LanePrediction of one segment.
 
     From four starts, one to either side in position and in speed: their mean, and their differences
     as the response to the start. The derivative at the pivot itself would jump, and the density
     with it, wherever a parameter makes the motion stick or reverse in another interval.
     """
+    aside = START_SHARE * jnp.diag(lane.start_spread)
+
+    def from_start(start: Float[Array, "2"]) -> Response:
+        q, speed = lane.scale * start
+        return simulate_lane(Inputs(physical, Origin(q, speed, None)), lane, layout, regime)
+
+    starts = lane.pivot + jnp.stack([aside, -aside])
+    sides = jax.vmap(jax.vmap(from_start))(starts)
+    above, below = sides.averaged
+    reach = (above - below).T / (2.0 * START_SHARE)
+    return LanePrediction(sides.averaged.mean((0, 1)), reach, sides.finite.all() * 1.0)
+
+
+@lru_cache(maxsize=64)
+def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
+    """LanePrediction of one segment from the leaves of Physical, differentiable in any mode."""
 
     def predict(leaves: Array, lane: Lanes) -> LanePrediction:
-        physical = jax.tree.unflatten(structure, list(leaves))
-        aside = START_SHARE * jnp.diag(lane.start_spread)
-
-        def from_start(start: Float[Array, "2"]) -> Response:
-            q, speed = lane.scale * start
-            return _simulate(Inputs(physical, Origin(q, speed, None)), lane, layout, regime)
-
-        starts = lane.pivot + jnp.stack([aside, -aside])
-        sides = jax.vmap(jax.vmap(from_start))(starts)
-        above, below = sides.averaged
-        reach = (above - below).T / (2.0 * START_SHARE)
-        return LanePrediction(sides.averaged.mean((0, 1)), reach, sides.finite.all() * 1.0)
+        return of_segment(jax.tree.unflatten(structure, list(leaves)), lane, layout, regime)
 
     return jax.jit(with_forward_jacobian(predict))
 
@@ -214,5 +218,5 @@ def predictions(values: Values, layout: Layout, data: Data) -> list[LanePredicti
             leaves, structure = jax.tree.flatten(Inputs(physical, origin))
             return _run_predictor(layout, regime, structure)(jnp.stack(leaves), lane)
 
-        result.append(jax.vmap(of_run)(lanes, _origins(values, lanes, data, regime, cut)))
+        result.append(jax.vmap(of_run)(lanes, origins(values, lanes, data, regime, cut)))
     return result

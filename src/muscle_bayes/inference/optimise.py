@@ -32,6 +32,9 @@ STARTS = 40
 """Most draws whose shape is fitted, best first, every other one shrunk."""
 AGREEING, AGREEMENT = 3, 5.0
 """The search ends when so many starts have come within this of the least -log density so far."""
+CLOSE, AGREEING_AFAR = 3.0, 20
+"""So many must agree where the misfit is more than CLOSE times a reading's noise: then the model is
+wrong, or most starts lead to a mode that is."""
 FINALISTS, SAME_MODE = 5, 0.1
 """Most shapes that are fitted in full, best first, until the best two come so close in -log density."""
 SHAPE_ROUNDS, SHAPE_STEPS = 4, 15
@@ -99,12 +102,14 @@ class Misfit(NamedTuple):
     """As if all of it were white: looks at the whole shape of a run."""
     lasting: Float[Array, " n"]
     """As if all of it were discrepancy: looks at how it changes."""
+    ratio: Float[Array, ""]
+    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
 
 
 @Program
 def _misfit_of(predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data):
     values = constrain(vector, layout, data)
-    white, lasting = dict(values), dict(values)
+    white, lasting, ratio = dict(values), dict(values), jnp.zeros(())
     for regime, misfit in rms_by_regime(predicted, values, layout, data).items():
         typical = {key: data.priors[f"{regime}.{key}"] for key in NoiseParameters._fields}
         weights = [
@@ -114,13 +119,14 @@ def _misfit_of(predicted: list[LanePrediction], vector: Array, layout: Layout, d
         ]
         readings = jnp.quantile(jnp.concatenate(weights), 0.9)
         time = typical["correlation_time"].mean
+        ratio = jnp.maximum(ratio, misfit / typical["noise"].mean)
         for target, noise in (
             (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
             (lasting, (typical["noise"].mean, misfit, time)),
         ):
             keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
             target.update(zip(keys, noise, strict=True))
-    return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data))
+    return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data), ratio)
 
 
 def _with_misfit(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
@@ -205,14 +211,15 @@ def find_mode(
             vector = _with_misfit(vector, layout, data)[0].white
             vector = _descend(vector, layout, data, physical, SHAPE_STEPS).vector
         misfit, level = _with_misfit(vector, layout, data)
-        shaped.append((level, count, misfit.lasting))
+        shaped.append((level, count, misfit.lasting, float(misfit.ratio)))
         report(f"start {count + 1} of at most {STARTS}: -log density {shaped[-1][0]:.2f}")
         levels = np.array([one[0] for one in shaped])
-        if np.sum(levels < levels.min() + AGREEMENT) >= AGREEING:
+        wanted = AGREEING if shaped[int(np.argmin(levels))][3] < CLOSE else AGREEING_AFAR
+        if np.sum(levels < levels.min() + AGREEMENT) >= wanted:
             break
     shaped.sort(key=lambda one: one[:2])
     modes: list[Mode] = []
-    for _, _, vector in shaped[:FINALISTS]:
+    for _, _, vector, _ in shaped[:FINALISTS]:
         modes.append(_descend(vector, layout, data, everything, MAX_STEPS))
         modes.sort(key=lambda mode: mode.potential)
         if len(modes) > 1 and modes[1].potential - modes[0].potential < SAME_MODE:

@@ -4,6 +4,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import Effect, TemperatureFilter
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
 from muscle_bayes.physics.effects.coil_contact import CoilContact
+from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
 from muscle_bayes.physics.effects.thermal_lag import ThermalLag
 from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
 
@@ -16,6 +17,8 @@ CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
 
 def effect_type(name: str) -> type[Effect] | type[TemperatureFilter]:
     """The effect of that name. Raises MuscleBayesError when the catalogue has none."""
+    if name.startswith(f"{PREFIX}-"):
+        return empirical_type(name)
     if name not in CATALOGUE:
         known = ", ".join(sorted(CATALOGUE))
         raise MuscleBayesError(f"effect '{name}' is not in the catalogue; choose from: {known}")

@@ -1,0 +1,98 @@
+"""The most probable model without any candidate: where discovery starts from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+from jaxtyping import Array, Float
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.inference.density import constrain, unconstrain
+from muscle_bayes.inference.fit import improved
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.optimise import Mode, find_mode, refine
+from muscle_bayes.inference.prior import resting_hyst, strain_under
+from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.record import is_slow
+
+FIXTURE_SPREAD = 0.3
+"""Standard deviation of log J and log D that runs without a muscle give to the search with one: more
+than they know, for a missing effect misleads them."""
+
+
+class Nominal(NamedTuple):
+    """A problem without candidates, and its mode."""
+
+    problem: Problem
+    """With segments' pivots, and with inertia where it matters."""
+    mode: Mode
+
+
+def nominal(
+    runs: Sequence[Run],
+    friction: Friction,
+    effects: Sequence[str],
+    seed: int,
+    report: Callable[[str], None] = lambda text: None,
+) -> Nominal:
+    """Search the mode of all runs: first of those without a muscle, then of those with one."""
+    key = jax.random.key(seed)
+    problem = pose(runs, friction, effects)
+    parts = [[run for run in runs if is_slow(run) == slow] for slow in (False, True)]
+    if not all(parts):
+        return Nominal(*improved(problem, find_mode(key, problem.layout, problem.data, report)))
+    rotor = [name for name in effects if acts_on_rotor(name)]
+    first = pose(parts[0], friction, rotor)
+    found = find_mode(key, first.layout, first.data, report)
+    values = constrain(found.vector, first.layout, first.data)
+    known = {name: dist.LogNormal(np.log(values[name]), FIXTURE_SPREAD) for name in ("J", "D")}
+    second = pose(parts[1], friction, effects, known)
+    found = find_mode(key, second.layout, second.data, report)
+    both = values | _referred(constrain(found.vector, second.layout, second.data), second, problem)
+    start = Mode(
+        unconstrain(both, problem.layout, problem.data), np.inf, np.zeros((0, 0)), 0
+    )
+    mode = refine(start, problem.layout, problem.data)
+    return Nominal(*improved(problem, mode))
+
+
+def acts_on_rotor(effect: str) -> bool:
+    """Whether an effect acts without a muscle as well."""
+    from muscle_bayes.inference.problem import MUSCLE_PORTS
+    from muscle_bayes.physics.effects import effect_type
+
+    return effect_type(effect).port not in MUSCLE_PORTS
+
+
+def _referred(values: dict[str, Any], told: Problem, asked: Problem) -> dict[str, Array]:
+    """Values of a muscle's problem in the reference tension of another with more runs."""
+    before, after = told.data.tension, asked.data.tension
+    values = dict(values)
+    relaxed = values["taut_strain"] - strain_under(before, values)
+    values["taut_strain"] = relaxed + strain_under(after, values)
+    shift = resting_hyst(before, values) - resting_hyst(after, values)
+    return {
+        name: value + shift if name.endswith(".hyst_stretch") else value
+        for name, value in values.items()
+    }
+
+
+def nest(start: Nominal, candidates: Sequence[str]) -> tuple[Nested, Float[np.ndarray, " n"]]:
+    """The nested model of these candidates over the nominal problem, and the nominal mode in it."""
+    problem = start.problem
+    kept = problem.layout.effects
+    posed = pose(problem.runs, problem.layout.friction, (*kept, *candidates))
+    layout = replace(
+        posed.layout, regimes=problem.layout.regimes, segmented=problem.layout.segmented
+    )
+    data = posed.data._replace(lanes=problem.data.lanes)
+    whole = replace(
+        posed, layout=layout, data=data, lane_runs=problem.lane_runs, reduction=problem.reduction
+    )
+    nested = Nested(whole)
+    values = constrain(start.mode.vector, problem.layout, problem.data)
+    return nested, nested.point(values, kept)

@@ -1,0 +1,75 @@
+"""A cheap look at every effect: what of the misfit could it explain that present parameters cannot?"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpyro.distributions import biject_to
+from scipy.linalg import cho_factor, cho_solve
+
+from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.nested import SLOT_STEP, Nested, explained_at, general
+from muscle_bayes.physics.effects import effect_type
+
+DRAWS = 12
+"""Draws of an effect's prior, each looked at in every strength."""
+STRENGTHS = (1.0, 0.1, 0.01)
+"""Distances from the off value, as shares of the draw's."""
+
+
+class Start(NamedTuple):
+    """One strength of an effect, with present parameters moved to make room for it."""
+
+    effect: str
+    gain: float
+    """Rise of the log density that it promises: r . d - |d|^2 / 2, with d its change of the
+    standardised errors and r the errors, both after present parameters have absorbed their share."""
+    point: Float[np.ndarray, " n"]
+
+
+def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Start]:
+    """Starts of a candidate that adds `effect` to `base`, most promising first.
+
+    Strengths far from off are simulated, not extrapolated: an effect that acts only beyond some
+    threshold has no slope where it is off.
+    """
+    layout, data = nested.layout, nested.data
+    effects = (*base.effects, effect)
+    choice = nested.choice(effects)
+    factor, slopes, kept = cho_factor(base.information), base.jacobian, base.errors
+    found = []
+    for own in _draws(nested, effect, key):
+        judged = explained_at(jnp.asarray(_joined(nested, base, base.point, own)), choice, layout, data)
+        errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in judged.fits])
+        if not (np.isfinite(float(judged.potential)) and np.isfinite(errors).all()):
+            continue
+        change = errors - kept
+        absorbed = cho_solve(factor, slopes.T @ change)
+        rest = change - slopes @ absorbed
+        gain = float(-kept @ rest - 0.5 * (rest @ rest))
+        moved = base.point.copy()
+        moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
+        found.append(Start(effect, gain, _joined(nested, base, moved, own)))
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """The base's point with slots for one effect more."""
+    slots = np.concatenate([point[nested.shared : base.used], own])
+    room = -(-slots.size // SLOT_STEP) * SLOT_STEP
+    return np.concatenate([point[: nested.shared], slots, np.zeros(room - slots.size)])
+
+
+def _draws(nested: Nested, effect: str, key: Array) -> list[np.ndarray]:
+    """The effect's parameters, unconstrained: draws of its prior, in every strength."""
+    parameters, held = effect_type(effect).parameters, general(effect)
+    parts = jax.random.split(key, len(parameters))
+    columns = []
+    for part, (name, parameter) in zip(parts, parameters.items(), strict=True):
+        prior = nested.data.priors[f"{held}.{name}"]
+        drawn = prior.sample(part, (DRAWS, 1))
+        scaled = parameter.off + jnp.array(STRENGTHS) * (drawn - parameter.off)
+        columns.append(biject_to(prior.support).inv(scaled).ravel())
+    return list(np.stack(columns, axis=1))

@@ -1,0 +1,115 @@
+"""The most probable point of one candidate, and the evidence for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from muscle_bayes.inference.nested import Choice, Explained, Nested, Slope, explained_at, slope_at
+from muscle_bayes.inference.density import LOG_2PI
+
+MAX_STEPS = 40
+LONGEST_MOVE = 2.0
+"""Longest step of any entry, in units of the unconstrained vector."""
+LEAST_GAIN = 0.01
+"""Decrease of the potential below which a descent ends: far less than any comparison's uncertainty."""
+LEAST_PRECISION = 1e-4
+"""Least prior precision of a direction, for flat or concave priors."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A candidate at its most probable point."""
+
+    effects: tuple[str, ...]
+    choice: Choice
+    point: Float[np.ndarray, " n"]
+    potential: float
+    """Negative log posterior density."""
+    found: Explained
+    slope: Slope
+    used: int
+    """Entries of the point that mean something; the rest are empty slots."""
+
+    @cached_property
+    def jacobian(self) -> Float[np.ndarray, "error n"]:
+        """Derivatives of all standardised errors in the used entries."""
+        flat = [np.asarray(part).reshape(len(self.point), -1) for part in self.slope.errors]
+        return np.concatenate(flat, axis=1).T[:, : self.used]
+
+    @cached_property
+    def errors(self) -> Float[np.ndarray, " error"]:
+        """All standardised one-step-ahead errors; 0 where nothing is observed."""
+        return np.concatenate([np.asarray(fit.errors).ravel() for fit in self.found.fits])
+
+    @cached_property
+    def log_densities(self) -> Float[np.ndarray, " error"]:
+        """Log density of each observed reading given the earlier ones; 0 where none."""
+        return np.concatenate([np.asarray(fit.log_density).ravel() for fit in self.found.fits])
+
+    @cached_property
+    def information(self) -> Float[np.ndarray, "n n"]:
+        """Fisher information of the likelihood plus prior precision, in the used entries."""
+        return _information(self.slope)[: self.used, : self.used]
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation: log density at the mode times the volume of the posterior."""
+        volume = 0.5 * self.used * LOG_2PI - 0.5 * np.linalg.slogdet(self.information)[1]
+        return -self.potential + volume
+
+    @property
+    def occam(self) -> float:
+        """What the log evidence holds besides the log likelihood: prior and volume."""
+        return self.log_evidence - float(self.log_densities.sum())
+
+
+def _information(slope: Slope) -> Float[np.ndarray, "n n"]:
+    size = slope.prior.size
+    flat = np.concatenate([np.asarray(part).reshape(size, -1) for part in slope.errors], axis=1)
+    return flat @ flat.T + np.diag(np.maximum(np.asarray(slope.prior), LEAST_PRECISION))
+
+
+def descend(
+    nested: Nested,
+    effects: Sequence[str],
+    start: Float[np.ndarray, " n"],
+    limit: int = MAX_STEPS,
+    held: Sequence[str] = (),
+) -> Fitted:
+    """Levenberg-Marquardt from `start`, damped until a step descends; entries named in `held` stay."""
+    layout, data = nested.layout, nested.data
+    choice = nested.choice(effects)
+    used = nested.shared + len(nested.slots_of(effects))
+
+    def judge(point: np.ndarray) -> tuple[float, Explained]:
+        found = explained_at(jnp.asarray(point), choice, layout, data)
+        return float(found.potential), found
+
+    free = np.array([name not in held for name in nested.shared_names()])
+    free = np.flatnonzero(np.concatenate([free, np.ones(start.size - free.size, bool)]))
+    point, damping = np.asarray(start, float), 1e-2
+    value, found = judge(point)
+    slope = slope_at(jnp.asarray(point), choice, layout, data)
+    for _ in range(limit):
+        information = _information(slope)[np.ix_(free, free)]
+        damped = information + damping * np.diag(np.diag(information))
+        move = np.zeros(point.size)
+        move[free] = -np.linalg.solve(damped, np.asarray(slope.gradient)[free])
+        move *= min(1.0, LONGEST_MOVE / max(np.abs(move).max(), 1e-300))
+        trial, trial_found = judge(point + move)
+        if trial < value:
+            gain = value - trial
+            point, value, found = point + move, trial, trial_found
+            damping = max(0.2 * damping, 1e-9)
+            slope = slope_at(jnp.asarray(point), choice, layout, data)
+            if gain < LEAST_GAIN:
+                break
+        else:
+            damping *= 6.0
+            if damping > 1e8:
+                break
+    return Fitted(tuple(effects), choice, point, value, found, slope, used)

@@ -1,0 +1,361 @@
+"""One model that holds every candidate effect: each candidate is the same program, others off."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+from numpyro.distributions import biject_to
+
+from muscle_bayes.inference.density import LaneFit, constrain, explained, is_possible
+from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.lane_model import (
+    Inputs,
+    LanePrediction,
+    Origin,
+    Physical,
+    Values,
+    of_segment,
+    origins,
+    physical_of,
+    simulate_lane,
+    zeros_of,
+)
+from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.program import Program
+from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.effects.empirical import PREFIX, SIGNALS, function_type
+from muscle_bayes.physics.muscle import MuscleParameters
+
+SLOT_STEP = 8
+"""Entries of the vector for effects' parameters come in multiples of this, for few shapes to compile."""
+
+
+class Choice(NamedTuple):
+    """Which effects are on, as arrays: candidates share compiled code."""
+
+    on: Float[Array, " effect"]
+    """1 for each effect of the layout that acts, else 0: at its off value."""
+    slot: Int[Array, " slot"]
+    """Entry of the full vector that each slot holds; its length where the slot is not used."""
+    leaf: Int[Array, " slot"]
+    """Leaf of the plant's parameters that each slot moves; their number where it is not used."""
+    constants: dict[str, Float[Array, ""]]
+    """Signals and ranges of the functions."""
+
+
+@dataclass(frozen=True)
+class Nested:
+    """A problem posed with every candidate effect.
+
+    A point is a vector of the entries that all candidates share, followed by slots with those of the
+    effects that are on. Functions are named with signal and range (`empirical.function_name`); of
+    each port one at a time can be on.
+    """
+
+    problem: Problem
+
+    @property
+    def layout(self) -> Layout:
+        return self.problem.layout
+
+    @property
+    def data(self) -> Data:
+        return self.problem.data
+
+    @property
+    def shared(self) -> int:
+        """Entries that all candidates share."""
+        return int(sum(_sizes(self.layout)[~_of_effects(self.layout)]))
+
+    def choice(self, effects: Sequence[str]) -> Choice:
+        """The model with these effects on, in any order."""
+        layout, position = self.layout, _positions(self.layout)
+        names, leaves = self.slots_of(effects), _effect_leaves(layout)
+        slots = -(-max(len(names), 1) // SLOT_STEP) * SLOT_STEP
+        unused = slots - len(names)
+        size, count = int(sum(_sizes(layout))), len(_leaf_names(layout))
+        acting = {general(name) for name in effects}
+        return Choice(
+            on=jnp.array([float(name in acting) for name in layout.effects]),
+            slot=jnp.array([position[name] for name in names] + [size] * unused, jnp.int32),
+            leaf=jnp.array([leaves[name] for name in names] + [count] * unused, jnp.int32),
+            constants=_constants(layout, effects),
+        )
+
+    def slots_of(self, effects: Sequence[str]) -> list[str]:
+        """Names of the quantities in the slots of `choice(effects)` that are used."""
+        return [
+            f"{general(name)}.{key}"
+            for name in effects
+            for key in effect_type(name).parameters
+        ]
+
+    def point(self, values: Values, effects: Sequence[str]) -> Float[np.ndarray, " n"]:
+        """The point of these sampled values with these effects on."""
+        parts = []
+        for name, of_effect in zip(
+            [name for name, _ in self.layout.shapes], _of_effects(self.layout), strict=True
+        ):
+            if not of_effect:
+                parts.append(np.ravel(self._free(name, values[name])))
+        slots = np.zeros(self.choice(effects).slot.size)
+        for index, name in enumerate(self.slots_of(effects)):
+            slots[index] = self._free(name, values[name])
+        return np.concatenate([*parts, slots])
+
+    def _free(self, name: str, value: Any) -> np.ndarray:
+        """A sampled quantity's unconstrained value."""
+        transform = biject_to(self.data.priors[name].support)
+        return np.asarray(transform.inv(jnp.asarray(value)))
+
+    def shared_names(self) -> list[str]:
+        """Name of each shared entry; runs' own carry the run's index."""
+        names = []
+        for (name, shape), of_effect in zip(
+            self.layout.shapes, _of_effects(self.layout), strict=True
+        ):
+            if not of_effect:
+                count = int(np.prod(shape))
+                names += [name] if not shape else [f"{name}[{i}]" for i in range(count)]
+        return names
+
+
+def general(effect: str) -> str:
+    """Name under which the layout holds an effect: a function's without signal and range."""
+    return effect.partition("(")[0]
+
+
+def _constants(layout: Layout, effects: Sequence[str]) -> dict[str, Array]:
+    """Constants of the layout's functions: of those that are on, signal and range."""
+    chosen = {
+        general(name): function_type(name) for name in effects if name.startswith(f"{PREFIX}-")
+    }
+    constants = {}
+    for name in layout.effects:
+        if not name.startswith(f"{PREFIX}-"):
+            continue
+        kind = chosen.get(name)
+        for signal in SIGNALS:
+            constants[f"{name}.w_{signal}"] = float(kind is not None and kind.signal == signal)
+        constants[f"{name}.low"] = 0.0 if kind is None else kind.low
+        constants[f"{name}.high"] = 1.0 if kind is None else kind.high
+    return {key: jnp.asarray(value) for key, value in constants.items()}
+
+
+def _sizes(layout: Layout) -> np.ndarray:
+    return np.array([int(np.prod(shape)) for _, shape in layout.shapes])
+
+
+def _of_effects(layout: Layout) -> np.ndarray:
+    return np.array([name.split(".")[0] in layout.effects for name, _ in layout.shapes])
+
+
+def _positions(layout: Layout) -> dict[str, int]:
+    starts = np.concatenate([[0], np.cumsum(_sizes(layout))])
+    return {name: int(at) for (name, _), at in zip(layout.shapes, starts[:-1], strict=True)}
+
+
+def _shared_entries(layout: Layout) -> np.ndarray:
+    return np.flatnonzero(np.repeat(~_of_effects(layout), _sizes(layout)))
+
+
+def _leaf_names(layout: Layout) -> list[str]:
+    """Names of the leaves of Physical, in their order."""
+    muscle = None
+    if any(name == "contraction" for name, _ in layout.shapes):
+        muscle = MuscleParameters(*MuscleParameters.__annotations__)
+    effects = tuple(
+        {key: f"{name}.{key}" for key in effect_type(name).parameters} for name in layout.effects
+    )
+    return jax.tree.leaves(Physical("J", "D", muscle, effects))
+
+
+def _effect_leaves(layout: Layout) -> dict[str, int]:
+    return {name: index for index, name in enumerate(_leaf_names(layout)) if "." in name}
+
+
+def _shared_leaves(layout: Layout) -> np.ndarray:
+    return np.flatnonzero(["." not in name for name in _leaf_names(layout)])
+
+
+def _full(point: Float[Array, " n"], choice: Choice, layout: Layout) -> Float[Array, " full"]:
+    """The layout's unconstrained vector: effects that have no slot at 0."""
+    entries = _shared_entries(layout)
+    full = jnp.zeros(int(sum(_sizes(layout)))).at[entries].set(point[: entries.size])
+    return full.at[choice.slot].set(point[entries.size :], mode="drop")
+
+
+def values_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Values:
+    """Sampled values at a point: effects that are not on have their off values."""
+    values = dict(constrain(_full(point, choice, layout), layout, data))
+    for index, name in enumerate(layout.effects):
+        for key, parameter in effect_type(name).parameters.items():
+            acting = choice.on[index] > 0.5
+            values[f"{name}.{key}"] = jnp.where(acting, values[f"{name}.{key}"], parameter.off)
+    return values | choice.constants
+
+
+def log_prior_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> Float[Array, ""]:
+    """Log prior density of a point, of shared entries and used slots; -inf where impossible."""
+    full = _full(point, choice, layout)
+    acting = dict(zip(layout.effects, choice.on, strict=True))
+    total, position = jnp.zeros(()), 0
+    for name, shape in layout.shapes:
+        size = int(np.prod(shape))
+        part = full[position : position + size].reshape(shape)
+        transform = biject_to(data.priors[name].support)
+        value = transform(part)
+        density = data.priors[name].log_prob(value).sum()
+        density += jnp.sum(transform.log_abs_det_jacobian(part, value))
+        if name not in choice.constants:
+            total += acting.get(name.split(".")[0], 1.0) * density
+        position += size
+    unused = choice.slot >= full.size
+    total -= 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))
+    possible = is_possible(constrain(full, layout, data), data)
+    return jnp.where(possible, total, -jnp.inf)
+
+
+class Motion(NamedTuple):
+    """What the model says of a lane."""
+
+    prediction: LanePrediction
+    hyst: Float[Array, " interval"]
+    """sigma_hyst of side A; 0 of segments."""
+
+
+@lru_cache(maxsize=64)
+def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
+    """Motion of one run, differentiable in chosen leaves of the plant and in its start.
+
+    `structure` is that of Inputs. Forward mode over these few: the rest would cost as much each.
+    """
+
+    def predict(moving: Array, aux: tuple[Array, Array, Lanes]) -> Motion:
+        fixed, index, lane = aux
+        leaves = fixed.at[index].set(moving[: index.size], mode="drop")
+        inputs = jax.tree.unflatten(structure, [*leaves, *moving[index.size :]])
+        response = simulate_lane(inputs, lane, layout, regime)
+        prediction = LanePrediction(response.averaged, None, response.finite * 1.0)
+        return Motion(prediction, response.hyst[:, 0])
+
+    return jax.jit(with_forward_jacobian(predict))
+
+
+@lru_cache(maxsize=64)
+def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
+    """Motion of one segment, differentiable in chosen leaves of the plant."""
+
+    def predict(moving: Array, aux: tuple[Array, Array, Lanes]) -> Motion:
+        fixed, index, lane = aux
+        leaves = fixed.at[index].set(moving, mode="drop")
+        physical = jax.tree.unflatten(structure, list(leaves))
+        return Motion(of_segment(physical, lane, layout, regime), jnp.zeros_like(lane.time))
+
+    return jax.jit(with_forward_jacobian(predict))
+
+
+def motions_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> list[Motion]:
+    """Motions of every lane, one entry a group."""
+    values = values_at(point, choice, layout, data)
+    leaves, shape = jax.tree.flatten(physical_of(values, layout, data))
+    leaves = jnp.stack([jnp.asarray(leaf, float) for leaf in leaves])
+    index = jnp.concatenate([_shared_leaves(layout), choice.leaf])
+    moving = leaves.at[index].get(mode="fill", fill_value=0.0)
+    fixed = jax.lax.stop_gradient(leaves)
+    result = []
+    for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+
+        def of_segment_(lane: Lanes, regime: str = regime) -> Motion:
+            return _segment_predictor(layout, regime, shape)(moving, (fixed, index, lane))
+
+        def of_run(lane: Lanes, origin: Origin, regime: str = regime) -> Motion:
+            physical = jax.tree.unflatten(shape, list(leaves))
+            structure = jax.tree.structure(Inputs(physical, origin))
+            both = jnp.concatenate([moving, jnp.stack(jax.tree.leaves(origin))])
+            return _run_predictor(layout, regime, structure)(both, (fixed, index, lane))
+
+        if cut:
+            result.append(jax.vmap(of_segment_)(lanes))
+        else:
+            result.append(jax.vmap(of_run)(lanes, origins(values, lanes, data, regime, cut)))
+    return result
+
+
+class Explained(NamedTuple):
+    """A point, judged."""
+
+    potential: Float[Array, ""]
+    """Negative log posterior density."""
+    fits: list[LaneFit]
+    residuals: list[Float[Array, "lane interval"]]
+    """Reading minus model [log's unit]."""
+    hyst: list[Float[Array, "lane interval"]]
+    """sigma_hyst of side A."""
+
+
+def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Explained:
+    values = values_at(point, choice, layout, data)
+    motions = motions_at(point, choice, layout, data)
+    predicted = [motion.prediction for motion in motions]
+    fits = explained(predicted, values, layout, data)
+    total = sum(fit.log_density.sum() for fit in fits)
+    finite = jnp.stack([fit.finite.all() for fit in fits]).all() & jnp.isfinite(total)
+    likelihood = jnp.where(finite, total, -jnp.inf)
+    residuals = [
+        lanes.reading - zeros_of(values, lanes, regime, cut)[:, None] - one.reading
+        for one, lanes, regime, cut in zip(
+            predicted, data.lanes, layout.regimes, layout.segmented, strict=True
+        )
+    ]
+    hyst = [motion.hyst for motion in motions]
+    potential = -(likelihood + log_prior_at(point, choice, layout, data))
+    return Explained(potential, fits, residuals, hyst)
+
+
+@Program
+def explained_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> Explained:
+    """How a point explains the readings."""
+    return _explained(point, choice, layout, data)
+
+
+class Slope(NamedTuple):
+    """Derivatives at a point."""
+
+    gradient: Float[Array, " n"]
+    """Of the potential."""
+    errors: list[Float[Array, "n lane interval"]]
+    """Of every standardised one-step-ahead error."""
+    prior: Float[Array, " n"]
+    """Diagonal of the prior's precision."""
+
+
+@Program
+def slope_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Slope:
+    """Derivatives of the potential and of the errors at a point, by forward mode."""
+
+    def judged(point: Array) -> tuple[Array, list[Array]]:
+        found = _explained(point, choice, layout, data)
+        return found.potential, [fit.errors for fit in found.fits]
+
+    def along(direction: Array) -> tuple[Array, list[Array]]:
+        return jax.jvp(judged, (point,), (direction,))[1]
+
+    gradient, errors = jax.vmap(along)(jnp.eye(point.size))
+
+    def slope(point: Array) -> Array:
+        return jax.grad(log_prior_at)(point, choice, layout, data)
+
+    prior = -jax.jvp(slope, (point,), (jnp.ones_like(point),))[1]
+    return Slope(gradient, errors, prior)
