@@ -22,7 +22,8 @@ STRENGTHS = (1.0, 0.1, 0.01)
 class Start(NamedTuple):
     """One strength of an effect, with present parameters moved to make room for it."""
 
-    effect: str
+    strength: float
+    """Share of the prior draw's distance from off."""
     gain: float
     """Rise of the log density that it promises: r . d - |d|^2 / 2, with d its change of the
     standardised errors and r the errors, both after present parameters have absorbed their share."""
@@ -40,7 +41,7 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
     choice = nested.choice(effects)
     factor, slopes, kept = cho_factor(base.information), base.jacobian, base.errors
     found = []
-    for own in _draws(nested, effect, key):
+    for strength, own in _draws(nested, effect, key):
         judged = explained_at(jnp.asarray(_joined(nested, base, base.point, own)), choice, layout, data)
         errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in judged.fits])
         if not (np.isfinite(float(judged.potential)) and np.isfinite(errors).all()):
@@ -51,7 +52,7 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
         gain = float(-kept @ rest - 0.5 * (rest @ rest))
         moved = base.point.copy()
         moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
-        found.append(Start(effect, gain, _joined(nested, base, moved, own)))
+        found.append(Start(strength, gain, _joined(nested, base, moved, own)))
     return sorted(found, key=lambda one: -one.gain)
 
 
@@ -62,8 +63,8 @@ def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) ->
     return np.concatenate([point[: nested.shared], slots, np.zeros(room - slots.size)])
 
 
-def _draws(nested: Nested, effect: str, key: Array) -> list[np.ndarray]:
-    """The effect's parameters, unconstrained: draws of its prior, in every strength."""
+def _draws(nested: Nested, effect: str, key: Array) -> list[tuple[float, np.ndarray]]:
+    """Strength, and the effect's parameters, unconstrained, of draws of its prior."""
     parameters, held = effect_type(effect).parameters, general(effect)
     parts = jax.random.split(key, len(parameters))
     columns = []
@@ -72,4 +73,4 @@ def _draws(nested: Nested, effect: str, key: Array) -> list[np.ndarray]:
         drawn = prior.sample(part, (DRAWS, 1))
         scaled = parameter.off + jnp.array(STRENGTHS) * (drawn - parameter.off)
         columns.append(biject_to(prior.support).inv(scaled).ravel())
-    return list(np.stack(columns, axis=1))
+    return list(zip(STRENGTHS * DRAWS, np.stack(columns, axis=1), strict=True))

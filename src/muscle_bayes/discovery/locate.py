@@ -1,0 +1,203 @@
+"""Where the misfit is: windows of time whose errors exceed what noise and uncertain parameters allow."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve
+
+from muscle_bayes.data.run import Run
+from muscle_bayes.discovery.conditions import Trace, traces
+from muscle_bayes.discovery.describe import where
+from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.nested import Nested
+
+TOLERATED = 0.25
+"""Lasting misfit that counts as none, in standard deviations of a reading's noise: interpolated
+thermometer readings and a rotor without inertia are wrong by as much."""
+TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
+"""How long it lasts, s."""
+SETTLING = 30.0
+"""Time after a change of load that is not judged in slow runs, s."""
+REPLICATES = 400
+"""Data sets without misfit, by which windows are judged."""
+SHORTEST = 8
+"""Intervals of the shortest window."""
+SIGNIFICANT = 0.01
+"""p-value, of all windows together, below which a misfit counts."""
+MOST = 12
+"""Windows that are told."""
+
+
+@dataclass(frozen=True)
+class Located:
+    """A window in which a run misfits."""
+
+    run: str
+    start: float
+    """s"""
+    end: float
+    """s"""
+    where: str
+    """Conditions that hold most of the excess, such as `sigma < 0 and T > 80 C`."""
+    rms: float
+    """Of reading minus model [unit]."""
+    unit: str
+    p_value: float
+    """Probability of so large an excess in any window of any run, were there no misfit."""
+    share: float
+    """Of the excess of all runs."""
+
+
+@dataclass(frozen=True)
+class MisfitMap:
+    """All that was located, most significant first."""
+
+    windows: tuple[Located, ...]
+    p_value: float
+    """Of the most significant window, over all windows of all runs."""
+    excess: float
+    """Sum of squared standardised errors beyond what is expected."""
+    traces: tuple[Trace, ...]
+    """Residuals of the fit that was judged, run by run."""
+
+    @property
+    def significant(self) -> bool:
+        return self.p_value < SIGNIFICANT
+
+
+def noise_of_reading(run: Run) -> float:
+    """White noise of one reading besides rounding [the log's unit], from third differences.
+
+    A reading's third difference has 20 times its variance; the largest hundredth is left out, for
+    there the rotor jumps. What rounding adds, a twelfth of the squared resolution, is taken off.
+    """
+    third = np.abs(np.diff(run.table["reading"].to_numpy(), 3))
+    kept = third[third <= np.quantile(third, 0.99)] if third.size else np.zeros(1)
+    variance = np.mean(kept**2) / 20.0
+    rounding = run.sensor.resolution**2 / 12.0
+    return float(np.sqrt(max(variance - rounding, 0.04 * rounding, 1e-24)))
+
+
+def without_misfit(nested: Nested, fitted: Fitted) -> Fitted:
+    """The same model fitted anew as if readings had nothing but noise, and a tolerated misfit."""
+    names = nested.shared_names()
+    values, held = {}, []
+    for regime in set(nested.layout.regimes):
+        owners = {
+            i
+            for lanes, kind in zip(nested.problem.lane_runs, nested.layout.regimes, strict=True)
+            if kind == regime
+            for i in lanes
+        }
+        level = float(np.median([noise_of_reading(nested.problem.runs[i]) for i in owners]))
+        values[f"{regime}.noise"] = level
+        values[f"{regime}.discrepancy"] = TOLERATED * level
+        values[f"{regime}.correlation_time"] = TOLERATED_TIME[regime]
+    point = fitted.point.copy()
+    for name, value in values.items():
+        point[names.index(name)] = np.log(value)
+        held.append(name)
+    return descend(nested, fitted.effects, point, held=held)
+
+
+def locate(nested: Nested, fitted: Fitted, seed: int) -> MisfitMap:
+    """Windows of all lengths, in every run, against data sets that the model itself would give.
+
+    Errors e, standardised by the noise, keep the part that parameters cannot absorb:
+    e - S (S'S + P)^-1 S'e, with slopes S and prior precision P. Each window's sum of squares is
+    compared with that of REPLICATES such sets of standard normal errors; its p-value is the share of
+    them in which any window of any run is as extreme (Westfall and Young, 1993).
+    """
+    judged = without_misfit(nested, fitted)
+    lines = [_settled(line) for line in traces(nested, judged)]
+    order = np.concatenate([line.place for line in lines])
+    free = np.array([not _is_noise(name) for name in nested.shared_names()])
+    free = np.concatenate([free, np.ones(judged.used - free.size, bool)])
+    slopes, errors = judged.jacobian[order][:, free], judged.errors[order]
+    factor = cho_factor(judged.information[np.ix_(free, free)])
+
+    def left(values: np.ndarray) -> np.ndarray:
+        return values - slopes @ cho_solve(factor, slopes.T @ values)
+
+    rng = np.random.default_rng(seed)
+    null = left(rng.standard_normal((order.size, REPLICATES))) ** 2
+    seen = left(errors) ** 2
+    starts, ends, owner = _windows([line.time.size for line in lines])
+    sums = np.vstack([np.zeros(REPLICATES), np.cumsum(null, axis=0)])
+    null_sums = sums[ends] - sums[starts]
+    total = np.concatenate([[0.0], np.cumsum(seen)])
+    seen_sums = total[ends] - total[starts]
+    centre, spread = null_sums.mean(axis=1), null_sums.std(axis=1) + 1e-12
+    extreme = ((null_sums - centre[:, None]) / spread[:, None]).max(axis=0)
+    score = (seen_sums - centre) / spread
+    p_values = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (REPLICATES + 1)
+    excess = seen - null.mean(axis=1)
+    chosen = _apart(score, p_values, starts, ends)
+    positive = max(excess.sum(), sum(excess[starts[i] : ends[i]].sum() for i in chosen), 1e-12)
+    windows = []
+    for index in chosen:
+        line, begun = lines[owner[index]], int(starts[index] - _offset(lines, owner[index]))
+        inside = slice(begun, begun + int(ends[index] - starts[index]))
+        own = excess[_offset(lines, owner[index]) :][: line.time.size]
+        windows.append(
+            Located(
+                run=line.run,
+                start=float(line.time[inside][0]),
+                end=float(line.time[inside][-1]),
+                where=where(line, own, inside),
+                rms=float(np.sqrt(np.mean(line.residual[inside] ** 2))),
+                unit=line.unit,
+                p_value=float(p_values[index]),
+                share=float(own[inside].sum() / positive),
+            )
+        )
+    return MisfitMap(tuple(windows), float(p_values.min()), float(excess.sum()), tuple(lines))
+
+
+def _settled(line: Trace) -> Trace:
+    """A run without the seconds in which a new load still swings: slow motion leaves that out."""
+    since = line.signals.get("time since load change")
+    if since is None or "T" not in line.signals:
+        return line
+    changed = line.signals["load"] != line.signals["load"][0]
+    return line.only((since > SETTLING) | ~changed)
+
+
+def _is_noise(name: str) -> bool:
+    return name.endswith((".noise", ".discrepancy", ".correlation_time"))
+
+
+def _offset(lines: Sequence[Trace], index: int) -> int:
+    return sum(line.time.size for line in lines[:index])
+
+
+def _windows(
+    sizes: Sequence[int],
+) -> tuple[Float[np.ndarray, " w"], Float[np.ndarray, " w"], Float[np.ndarray, " w"]]:
+    """First and last-plus-one error and run of every window: halves, quarters, ... each by half over."""
+    starts, ends, owner, offset = [], [], [], 0
+    for run, size in enumerate(sizes):
+        length = size
+        while length >= min(SHORTEST, size) and length > 0:
+            for start in range(0, size - length + 1, max(length // 2, 1)):
+                starts.append(offset + start)
+                ends.append(offset + start + length)
+                owner.append(run)
+            length //= 2
+        offset += size
+    return np.array(starts), np.array(ends), np.array(owner)
+
+
+def _apart(
+    score: np.ndarray, p_values: np.ndarray, starts: np.ndarray, ends: np.ndarray
+) -> list[int]:
+    """Significant windows that do not overlap, highest score first."""
+    chosen: list[int] = []
+    for index in np.argsort(-score):
+        if p_values[index] >= SIGNIFICANT or len(chosen) == MOST:
+            break
+        if all(ends[index] <= starts[i] or starts[index] >= ends[i] for i in chosen):
+            chosen.append(int(index))
+    return chosen

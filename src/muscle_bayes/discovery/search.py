@@ -1,0 +1,56 @@
+"""The best fit of every candidate: promising starts, a few steps each, the best to the end."""
+
+from collections.abc import Callable, Sequence
+
+import jax
+
+from muscle_bayes.discovery.screen import starts_of
+from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.nested import Nested
+
+STARTS = 5
+"""Starts of a candidate that are tried."""
+FIRST_STEPS = 6
+"""Steps of each before the best goes on."""
+HOPELESS = 30.0
+"""A start that is this far behind another after its first steps is given up."""
+
+
+def best_fit(nested: Nested, base: Fitted, effect: str, seed: int) -> Fitted | None:
+    """The candidate that adds `effect` to `base`, at its most probable point; None if never finite."""
+    effects = (*base.effects, effect)
+    starts = starts_of(nested, base, effect, jax.random.key(seed))
+    tried = [descend(nested, effects, one.point, FIRST_STEPS) for one in _varied(starts)]
+    tried.sort(key=lambda one: one.potential)
+    if not tried:
+        return None
+    close = [one for one in tried if one.potential < tried[0].potential + HOPELESS][:2]
+    return max(
+        (descend(nested, effects, one.point) for one in close), key=lambda one: one.log_evidence
+    )
+
+
+def _varied(starts: Sequence) -> list:
+    """The most promising starts, of every strength at least one."""
+    chosen = list(starts[: STARTS - 2])
+    for strength in {one.strength for one in starts} - {one.strength for one in chosen}:
+        chosen.append(next(one for one in starts if one.strength == strength))
+    rest = [one for one in starts if all(one is not other for other in chosen)]
+    return (chosen + rest)[:STARTS]
+
+
+def fit_candidates(
+    nested: Nested,
+    base: Fitted,
+    effects: Sequence[str],
+    seed: int,
+    report: Callable[[str, int, int], None] = lambda name, done, total: None,
+) -> dict[str, Fitted]:
+    """The best fit of each candidate that can be simulated."""
+    found = {}
+    for done, effect in enumerate(effects):
+        report(effect, done, len(effects))
+        one = best_fit(nested, base, effect, seed + done)
+        if one is not None:
+            found[effect] = one
+    return found
