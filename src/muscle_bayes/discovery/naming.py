@@ -10,8 +10,10 @@ from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.inference.descent import Fitted
 
 NONE, UNKNOWN = "none", "unknown"
-PRIOR_NONE, PRIOR_UNKNOWN = 0.5, 0.1
-"""Prior probabilities; the rest is shared equally by the candidates."""
+PRIOR_NONE = 0.5
+"""Prior probability that nothing is missing; candidates share the rest equally."""
+PRIOR_UNKNOWN = 0.05
+"""Prior probability of something unknown, against everything known."""
 BLOCKS = 20
 """Blocks of a run that count as independent of each other."""
 RESAMPLES = 400
@@ -34,14 +36,17 @@ class Naming:
     """What one comparison of candidates says."""
 
     probabilities: Mapping[str, float]
-    """Of every candidate, of none and of unknown; they sum to 1."""
-    log_odds: Mapping[str, float]
-    """Log evidence of each candidate above that of none."""
+    """Of every candidate and of none; they sum to 1."""
+    log_evidence: Mapping[str, float]
+    """Of every candidate and of none."""
 
     @property
     def best(self) -> str:
-        """The likeliest."""
-        return max(self.probabilities, key=lambda name: self.probabilities[name])
+        """The likeliest candidate."""
+        return max(
+            (name for name in self.probabilities if name != NONE),
+            key=lambda name: self.probabilities[name],
+        )
 
     @property
     def claims(self) -> bool:
@@ -51,10 +56,20 @@ class Naming:
     @property
     def tie(self) -> tuple[str, ...]:
         """Effects that the data cannot tell apart, likeliest first; empty if one stands alone."""
-        named = {k: p for k, p in self.probabilities.items() if k not in (NONE, UNKNOWN)}
+        named = {name: p for name, p in self.probabilities.items() if name != NONE}
         order = sorted(named, key=lambda name: -named[name])
-        close = [name for name in order if named[name] >= TIED * named[order[0]]] if order else []
+        close = [name for name in order if named[name] >= TIED * named[order[0]]]
         return tuple(close) if len(close) > 1 and self.claims else ()
+
+    def with_unknown(self, odds: float) -> dict[str, float]:
+        """Probabilities with something unknown among them.
+
+        `odds`: how much better it explains the readings than the final model of named effects, whose
+        whole evidence counts for the effect that was added first.
+        """
+        share = 1.0 / (1.0 + odds * PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
+        found = {key: share * p for key, p in self.probabilities.items()}
+        return found | {UNKNOWN: 1.0 - share}
 
 
 def blocks_of(lines: Sequence[Trace], size: int) -> Float[np.ndarray, " error"]:
@@ -73,33 +88,27 @@ def _block_scores(fitted: Fitted, blocks: np.ndarray) -> Float[np.ndarray, " blo
 
 
 def weigh(
-    none: Fitted,
-    candidates: Mapping[str, Fitted],
-    blocks: Float[np.ndarray, " error"],
-    unknown_odds: float,
-    seed: int,
+    none: Fitted, candidates: Mapping[str, Fitted], blocks: Float[np.ndarray, " error"], seed: int
 ) -> Naming:
     """Probabilities of candidates by evidence, with what chance the readings alone leave in it.
 
     Each candidate's log evidence is its log likelihood, block by block, plus what prior and volume
     of the posterior add (Laplace). The blocks are resampled with Dirichlet weights (Bayesian
     bootstrap) and the posterior probabilities averaged: a lead that rests on few blocks is worth
-    less. Source: Yao et al., Bayesian Analysis 13 (2018), section 3.4 (pseudo-BMA+). `unknown_odds`:
-    of something unknown against the likeliest that is known.
+    less. Source: Yao et al., Bayesian Analysis 13 (2018), section 3.4 (pseudo-BMA+).
     """
     names = [NONE, *candidates]
     fits = [none, *candidates.values()]
     scores = np.stack([_block_scores(one, blocks) for one in fits])
     occam = np.array([one.occam for one in fits])
-    share = (1.0 - PRIOR_NONE - PRIOR_UNKNOWN) / max(len(candidates), 1)
+    share = (1.0 - PRIOR_NONE) / max(len(candidates), 1)
     prior = np.log([PRIOR_NONE] + [share] * len(candidates))
     rng = np.random.default_rng(seed)
     weights = rng.dirichlet(np.ones(scores.shape[1]), RESAMPLES) * scores.shape[1]
     log_evidence = weights @ (scores - scores[0]).T + occam - occam[0] + prior
-    unknown = log_evidence.max(axis=1) + np.log(PRIOR_UNKNOWN * unknown_odds)
-    columns = np.column_stack([log_evidence, unknown])
-    columns = np.exp(columns - columns.max(axis=1, keepdims=True))
-    mean = (columns / columns.sum(axis=1, keepdims=True)).mean(axis=0)
-    odds = {name: one.log_evidence - none.log_evidence for name, one in candidates.items()}
-    probabilities = dict(zip([*names, UNKNOWN], map(float, mean), strict=True))
-    return Naming(probabilities, odds)
+    weighed = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
+    mean = (weighed / weighed.sum(axis=1, keepdims=True)).mean(axis=0)
+    evidence = [one.log_evidence for one in fits]
+    return Naming(
+        dict(zip(names, map(float, mean), strict=True)), dict(zip(names, evidence, strict=True))
+    )

@@ -1,6 +1,6 @@
 """The most probable model without any candidate: where discovery starts from."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -11,8 +11,10 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
+from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.inference.density import constrain, unconstrain
-from muscle_bayes.inference.fit import improved
+from muscle_bayes.inference.pivots import pivoted
+from muscle_bayes.inference.reduction import solved_adequately
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import Mode, find_mode, refine
 from muscle_bayes.inference.prior import resting_hyst, strain_under
@@ -37,27 +39,39 @@ def nominal(
     friction: Friction,
     effects: Sequence[str],
     seed: int,
-    report: Callable[[str], None] = lambda text: None,
+    hold_out: Sequence[str] = (),
 ) -> Nominal:
-    """Search the mode of all runs: first of those without a muscle, then of those with one."""
+    """Search the mode of all runs: first of those without a muscle, then of those with one.
+
+    Runs in `hold_out` count with their first part only.
+    """
     key = jax.random.key(seed)
     problem = pose(runs, friction, effects)
+    seen = without_runs(problem, hold_out)
     parts = [[run for run in runs if is_slow(run) == slow] for slow in (False, True)]
     if not all(parts):
-        return Nominal(*improved(problem, find_mode(key, problem.layout, problem.data, report)))
+        return _improved(problem, find_mode(key, seen.layout, seen.data))
     rotor = [name for name in effects if acts_on_rotor(name)]
-    first = pose(parts[0], friction, rotor)
-    found = find_mode(key, first.layout, first.data, report)
+    first = without_runs(pose(parts[0], friction, rotor), hold_out)
+    found = find_mode(key, first.layout, first.data)
     values = constrain(found.vector, first.layout, first.data)
     known = {name: dist.LogNormal(np.log(values[name]), FIXTURE_SPREAD) for name in ("J", "D")}
-    second = pose(parts[1], friction, effects, known)
-    found = find_mode(key, second.layout, second.data, report)
+    second = without_runs(pose(parts[1], friction, effects, known), hold_out)
+    found = find_mode(key, second.layout, second.data)
     both = values | _referred(constrain(found.vector, second.layout, second.data), second, problem)
     start = Mode(
         unconstrain(both, problem.layout, problem.data), np.inf, np.zeros((0, 0)), 0
     )
-    mode = refine(start, problem.layout, problem.data)
-    return Nominal(*improved(problem, mode))
+    return _improved(problem, refine(start, seen.layout, seen.data))
+
+
+def _improved(problem: Problem, mode: Mode) -> Nominal:
+    """With what a mode tells of how the runs are best solved."""
+    problem = replace(
+        problem, data=pivoted(mode.vector, problem.layout, problem.data)
+    )
+    values = constrain(mode.vector, problem.layout, problem.data)
+    return Nominal(solved_adequately(problem, values), mode)
 
 
 def acts_on_rotor(effect: str) -> bool:

@@ -44,7 +44,7 @@ def fixture_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distri
     return {name: dist.LogNormal(log.mean(), log.std()) for name, log in logs.items()}
 
 
-def improved(problem: Problem, mode: Mode) -> tuple[Problem, Mode]:
+def _improved(problem: Problem, mode: Mode) -> tuple[Problem, Mode]:
     """The problem with what only a mode can tell, segments' pivots and which runs need inertia.
 
     And its mode. Runs whose full inertia has no derivative there stay without.
@@ -95,7 +95,7 @@ def sample(
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(_compiled, preparation)
         mode = find_mode(keys[0], problem.layout, problem.data, searched)
-        problem, mode = improved(problem, mode)
+        problem, mode = _improved(problem, mode)
         report("searching", STARTS, STARTS)
         found = perf_counter()
         compiling = ready.result()

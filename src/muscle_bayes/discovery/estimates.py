@@ -1,0 +1,59 @@
+"""What a fitted point tells of its parameters."""
+
+import numpy as np
+from jaxtyping import Float
+
+from muscle_bayes.discovery.judged import laplace_draws
+from muscle_bayes.discovery.locate import noise_of_reading
+from muscle_bayes.discovery.result import Estimate
+from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.nested import Nested, values_at
+
+DRAWS = 400
+LOOSE = 0.5
+"""Posterior standard deviation, as a share of the prior's, above which a parameter is not determined."""
+OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correlation_time")
+"""Quantities of runs and sensors: not the plant's."""
+
+
+def estimates(nested: Nested, fitted: Fitted, effect: str, seed: int) -> dict[str, Estimate]:
+    """Mean and standard deviation of an effect's parameters, by the normal approximation."""
+    points = laplace_draws(fitted, DRAWS, seed)
+    drawn = [values_at(one, fitted.choice, nested.layout, nested.data) for one in points]
+    found = {}
+    for name in nested.slots_of((effect,)):
+        values = np.array([float(one[name]) for one in drawn])
+        unit = nested.problem.sites[name].unit
+        found[name.split(".")[1]] = Estimate(float(values.mean()), float(values.std()), unit)
+    return found
+
+
+def _spread(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " shared"]:
+    """Posterior over prior standard deviation of every shared entry."""
+    variance = np.diag(np.linalg.inv(fitted.information))[: nested.shared]
+    prior = np.asarray(fitted.slope.prior)[: nested.shared]
+    return np.sqrt(variance * np.maximum(prior, 1e-12))
+
+
+def undetermined(nested: Nested, before: Fitted, after: Fitted) -> tuple[str, ...]:
+    """The plant's parameters that were determined before and are not after."""
+    names = np.array(nested.shared_names())
+    own = np.array([name.split(".")[-1].split("[")[0] in OWN for name in names])
+    lost = (_spread(nested, before) < LOOSE) & (_spread(nested, after) >= LOOSE) & ~own
+    return tuple(str(name) for name in names[lost])
+
+
+def noise_floor(nested: Nested) -> dict[str, float]:
+    """RMS that noise and rounding alone give in each run's mean readings [the log's unit]."""
+    variance: dict[str, list[np.ndarray]] = {}
+    for lanes, owners in zip(nested.data.lanes, nested.problem.lane_runs, strict=True):
+        for lane, owner in enumerate(owners):
+            run = nested.problem.runs[owner]
+            weight, coarse = np.asarray(lanes.weight[lane]), np.asarray(lanes.coarse[lane])
+            seen = weight > 0
+            noise = noise_of_reading(run) ** 2 / weight[seen]
+            rounding = run.sensor.resolution**2 * coarse[seen]
+            variance.setdefault(run.name, []).append(noise + rounding)
+    return {
+        name: float(np.sqrt(np.mean(np.concatenate(parts)))) for name, parts in variance.items()
+    }

@@ -1,0 +1,79 @@
+"""Whether an effect predicts readings better that the fit has not seen."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from muscle_bayes.discovery.holding import without_blocks
+from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.nested import Nested, explained_at
+
+FOLDS = 4
+STEPS = 10
+"""Steps from the fit to all readings to that without a fold."""
+WANTED = 2.0
+"""Standard errors by which the score must rise."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Rise of the log predictive density of readings that were left out [nat], and its error."""
+
+    gain: float
+    se: float
+    by: str
+    """What was left out: `runs`, or `blocks` in turn."""
+
+    @property
+    def passed(self) -> bool:
+        return self.gain > WANTED * self.se
+
+
+def _densities(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " error"]:
+    """Log density of each reading of `nested`'s data, at a point fitted to other data."""
+    point = jnp.asarray(fitted.point)
+    found = explained_at(point, fitted.choice, nested.layout, nested.data)
+    return np.concatenate([np.asarray(fit.log_density).ravel() for fit in found.fits])
+
+
+def _gate(difference: np.ndarray, blocks: np.ndarray, by: str) -> Gate:
+    """Sum over blocks, with the standard error that their scatter gives."""
+    inside = blocks >= 0
+    sums = np.bincount(blocks[inside], weights=difference[inside])
+    sums = sums[np.unique(blocks[inside])]
+    spread = np.sqrt(sums.size * np.var(sums, ddof=1)) if sums.size > 1 else np.inf
+    return Gate(float(sums.sum()), float(spread), by)
+
+
+def gate_by_runs(
+    whole: Nested,
+    before: Fitted,
+    after: Fitted,
+    blocks: Float[np.ndarray, " error"],
+    held: Collection[str],
+    lines: Sequence,
+) -> Gate:
+    """By runs that were held out; `before` and `after` have seen only their starts."""
+    chosen = np.full(blocks.size, -1)
+    for line in lines:
+        if line.run in held:
+            chosen[line.place] = blocks[line.place]
+    return _gate(_densities(whole, after) - _densities(whole, before), chosen, "runs")
+
+
+def gate_by_blocks(
+    nested: Nested, before: Fitted, after: Fitted, blocks: Float[np.ndarray, " error"]
+) -> Gate:
+    """By every run's blocks, a quarter of them left out in turn and predicted from the rest."""
+    difference = np.zeros(blocks.size)
+    for fold in range(FOLDS):
+        hidden = [b for b in np.unique(blocks) if b >= 0 and b % FOLDS == fold]
+        part = without_blocks(nested, blocks, hidden)
+        mine = np.isin(blocks, hidden)
+        for fitted, sign in ((after, 1.0), (before, -1.0)):
+            trained = descend(part, fitted.effects, fitted.point, STEPS)
+            difference[mine] += sign * _densities(nested, trained)[mine]
+    return _gate(difference, blocks, "blocks")

@@ -1,0 +1,68 @@
+"""What a fitted point predicts of every run, with the uncertainty of its parameters."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.nested import Nested, explained_at, values_at
+from muscle_bayes.inference.predict import Prediction, disturbances
+
+DRAWS = 60
+
+
+def laplace_draws(fitted: Fitted, count: int, seed: int) -> np.ndarray:
+    """Points drawn from the normal approximation of the posterior."""
+    root = np.linalg.cholesky(fitted.information)
+    kicks = np.random.default_rng(seed).standard_normal((fitted.used, count))
+    points = np.tile(fitted.point, (count, 1))
+    points[:, : fitted.used] += np.linalg.solve(root.T, kicks).T
+    return points
+
+
+def predictions(nested: Nested, fitted: Fitted, seed: int) -> list[Prediction]:
+    """Readings of every run of `nested`'s data under draws about a fitted point.
+
+    Draws that cannot be simulated are left out.
+    """
+    layout, data, problem = nested.layout, nested.data, nested.problem
+    models: list[list[np.ndarray]] = [[] for _ in data.lanes]
+    noises: list[list[np.ndarray]] = [[] for _ in data.lanes]
+    keys = jax.random.split(jax.random.key(seed), DRAWS)
+    for key, point in zip(keys, laplace_draws(fitted, DRAWS, seed), strict=True):
+        found = explained_at(jnp.asarray(point), fitted.choice, layout, data)
+        if not np.isfinite(float(found.potential)):
+            continue
+        values = dict(values_at(jnp.asarray(point), fitted.choice, layout, data))
+        for group, (lanes, regime) in enumerate(zip(data.lanes, layout.regimes, strict=True)):
+            extra = disturbances(jax.random.fold_in(key, group), values, lanes, layout, regime)
+            models[group].append(np.asarray(lanes.reading - found.residuals[group]))
+            noises[group].append(np.asarray(extra))
+    parts: dict[int, list[dict[str, np.ndarray]]] = {}
+    for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
+        model = np.stack(models[group])
+        reading = model + np.stack(noises[group])
+        hyst = np.asarray(fitted.found.hyst[group])
+        for lane, owner in enumerate(owners):
+            seen = np.asarray(lanes.weight[lane] > 0)
+            parts.setdefault(owner, []).append(
+                {
+                    "time": np.asarray(lanes.time[lane])[seen],
+                    "observed": np.asarray(lanes.reading[lane])[seen],
+                    "model": model[:, lane][:, seen],
+                    "reading": reading[:, lane][:, seen],
+                    "hyst": np.tile(hyst[lane][seen], (len(model), 1)),
+                    "temperature": np.asarray(lanes.schedule.temperature[lane, 1:, 0])[seen],
+                    "load": np.asarray(lanes.schedule.load[lane])[seen],
+                }
+            )
+    result = []
+    for owner in sorted(parts):
+        run = problem.runs[owner]
+        joined = {
+            key: np.concatenate([part[key] for part in parts[owner]], axis=-1)
+            for key in parts[owner][0]
+        }
+        scale = run.sensor.sign * run.sensor.scale
+        result.append(Prediction(run=run.name, unit=run.unit, scale=scale, **joined))
+    return result

@@ -1,0 +1,190 @@
+"""What discovery found."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from html import escape
+from typing import Any
+
+from muscle_bayes.criticism.coverage import RunCheck
+from muscle_bayes.discovery.gate import Gate
+from muscle_bayes.discovery.locate import Located, MisfitMap
+from muscle_bayes.discovery.naming import NONE, UNKNOWN
+from muscle_bayes.inference.predict import Prediction
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A model's predictions of every run, and how good they are."""
+
+    effects: tuple[str, ...]
+    predictions: Mapping[str, Prediction]
+    checks: Mapping[str, RunCheck]
+    misfit: MisfitMap
+    """Of the runs that were fitted."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of an effect."""
+
+    mean: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """One effect added."""
+
+    added: str
+    """Name of the effect; `unknown` for a function that nobody has named."""
+    effect: str
+    """The same as `fit --effect` takes it."""
+    port: str
+    signals: tuple[str, ...]
+    """What an unknown function depends on; empty for named effects."""
+    probability: float
+    tie: tuple[str, ...]
+    """Effects that explain the same as well, likeliest first."""
+    parameters: Mapping[str, Estimate]
+    gate: Gate
+    before: Judged
+    after: Judged
+    floor: Mapping[str, float]
+    """RMS of noise alone in each run's mean readings [the log's unit]."""
+    weakened: tuple[str, ...]
+    """Parameters that the effect leaves undetermined."""
+
+    def closed(self, run: str) -> float:
+        """Share of a run's squared misfit above the noise that adding the effect removed."""
+        before, after = (j.checks[run].rmse ** 2 for j in (self.before, self.after))
+        gap = before - self.floor[run] ** 2
+        return (before - after) / gap if gap > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """A sequence for the logger, and what it should tell."""
+
+    protocol: str
+    loads: tuple[float, ...]
+    """kg"""
+    separates: tuple[str, ...]
+    information: float
+    """Expected log odds between the two likeliest [nat]."""
+    sequence: str
+    """TOML."""
+
+
+@dataclass(frozen=True, repr=False)
+class Discovery:
+    """The result of a search for missing effects."""
+
+    verdict: str | tuple[str, ...]
+    probabilities: Mapping[str, float]
+    """Of the first step: every effect, none and unknown."""
+    located: MisfitMap
+    """Of the model that was started from."""
+    nominal: Judged
+    steps: tuple[Step, ...]
+    held_out: tuple[str, ...]
+    next_experiment: NextExperiment | None
+    stopped_because: str
+    seed: int
+
+    @property
+    def ties(self) -> tuple[tuple[str, ...], ...]:
+        """Effects that the data cannot tell apart, step by step."""
+        return tuple(step.tie for step in self.steps if step.tie)
+
+    @property
+    def final(self) -> Judged:
+        return self.steps[-1].after if self.steps else self.nominal
+
+    def as_dict(self) -> dict[str, Any]:
+        """DISCOVERY.json."""
+        verdict = self.verdict if isinstance(self.verdict, str) else list(self.verdict)
+        return {
+            "verdict": verdict,
+            "probabilities": dict(self.probabilities),
+            "ties": [list(tie) for tie in self.ties],
+            "located": [_window(one) for one in self.located.windows],
+            "misfit_p_value": self.located.p_value,
+            "steps": [_step(step, self.held_out) for step in self.steps],
+            "left": [_window(one) for one in self.final.misfit.windows],
+            "next_experiment": None
+            if self.next_experiment is None
+            else asdict(self.next_experiment),
+            "stopped_because": self.stopped_because,
+            "held_out": list(self.held_out),
+            "seed": self.seed,
+        }
+
+    def to_json(self) -> str:
+        return json.dumps(self.as_dict(), indent=2)
+
+    def __repr__(self) -> str:
+        return f"Discovery({_verdict(self.verdict)}; {self.stopped_because})"
+
+    def _repr_html_(self) -> str:
+        order = sorted(self.probabilities.items(), key=lambda item: -item[1])[:6]
+        rows = "".join(f"<tr><td>{escape(k)}<td>{p:.1%}</tr>" for k, p in order)
+        return (
+            f"<p><b>Discovery</b>: {escape(_verdict(self.verdict))}. "
+            f"{escape(self.stopped_because)}</p>"
+            f"<table><tr><th>missing<th>probability</tr>{rows}</table>"
+        )
+
+
+def _verdict(verdict: str | tuple[str, ...]) -> str:
+    return verdict if isinstance(verdict, str) else " + ".join(verdict)
+
+
+def _window(one: Located) -> dict[str, Any]:
+    return {
+        "run": one.run,
+        "start_s": one.start,
+        "end_s": one.end,
+        "where": one.where,
+        "rms": one.rms,
+        "unit": one.unit,
+        "p_value": one.p_value,
+        "share": one.share,
+    }
+
+
+def _shown(judged: Judged, runs: list[str]) -> dict[str, Any]:
+    return {
+        run: {
+            "rmse": judged.checks[run].rmse,
+            "unit": judged.checks[run].unit,
+            "coverage90": judged.checks[run].coverage90,
+            "pit_distance": judged.checks[run].pit_distance,
+        }
+        for run in runs
+    }
+
+
+def _step(step: Step, held: tuple[str, ...]) -> dict[str, Any]:
+    fitted = [run for run in step.after.checks if run not in held]
+    kept = [run for run in step.after.checks if run in held]
+    return {
+        "added": step.added,
+        "effect": step.effect,
+        "port": step.port,
+        "signals": list(step.signals),
+        "probability": step.probability,
+        "tie": list(step.tie),
+        "parameters": {name: asdict(one) for name, one in step.parameters.items()},
+        "before": _shown(step.before, fitted),
+        "after": _shown(step.after, fitted),
+        "held_out": {"before": _shown(step.before, kept), "after": _shown(step.after, kept)},
+        "gate": {**asdict(step.gate), "passed": step.gate.passed},
+        "closed": {run: step.closed(run) for run in step.after.checks},
+        "noise_floor": dict(step.floor),
+        "undetermined": list(step.weakened),
+    }
+
+
+__all__ = ["NONE", "UNKNOWN", "Discovery", "Estimate", "Judged", "NextExperiment", "Step"]
