@@ -40,7 +40,7 @@ def test_bias_torque_shifts_equilibrium_by_itself_over_stiffness(torque):
 @pytest.mark.parametrize("onset", [0.0, 0.03])
 def test_coil_contact_adds_its_force_below_its_onset_only(onset):
     plain = muscle_plant()
-    touching = plain + CoilContact(jnp.asarray(200.0), jnp.asarray(onset))
+    touching = plain + CoilContact(jnp.asarray(200.0), jnp.asarray(onset), jnp.asarray(0.0))
     none = jnp.asarray(0.0)
     drive = Drive(jnp.full(2, 60.0), jnp.asarray(0.1), none)
     element = plain.side_a

@@ -11,7 +11,7 @@ from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import CATALOGUE
 from muscle_bayes.physics.simulation import simulate_fast, simulate_slow
 
-SIZE = Scales(force=0.15, speed=2.0, tension=5.0)
+SIZE = Scales(force=0.15, speed=2.0, tension=5.0, range=1.0)
 DRAWS = 50
 """Draws in one call, fixed so that it compiles once."""
 

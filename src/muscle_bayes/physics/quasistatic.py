@@ -178,23 +178,41 @@ def slow_step(
     in the interval's length. Where the load jumps, it should be followed by a short interval, lest
     HYST sees the new load from the old coordinate.
     """
+    return arrive(plant, once(cross(plant, state, schedule, index)), schedule, index)
+
+
+def cross(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
+    """HYST at the end of the interval, the rotor in its middle."""
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
     load, applied = schedule.load[index], schedule.applied[index]
     braking = 0.5 * (schedule.braking[index] + schedule.braking[index + 1])
     # Where temperature turns, its chord would cut the peak at which friction leaves the rotor.
     half = 0.5 * (before + after) + braking * duration**2 / 8.0
-    middle, end = Drive(half, load, applied), Drive(after, load, applied)
+    middle = Drive(half, load, applied)
     begun = state.hyst[0], state.hyst[1]
     path = _path(plant, state.q, begun, middle, 0.5 * duration)
     path = once(path)
     moves = _moves(plant, path, begun, middle, duration)
-    q_middle = path.at(tuple(0.5 * move for move in moves))
-    moved = _moved(plant, begun, moves)
-    q_middle, moved = once((q_middle, moved))
-    q = settle(plant, q_middle, moved, end, 0.5 * duration)
-    hyst = jnp.stack(moved)
-    # An interval of no length is padding, whatever its load: without this the rotor would slide.
+    q = path.at(tuple(0.5 * move for move in moves))
+    there = SlowState(q, jnp.stack(_moved(plant, begun, moves)), q)
+    return _lasting(duration, there, state._replace(q_middle=state.q))
+
+
+def arrive(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
+    """The rotor from the middle to the end of the interval."""
+    duration = schedule.time[index + 1] - schedule.time[index]
+    after, load, applied = (
+        schedule.temperature[index + 1],
+        schedule.load[index],
+        schedule.applied[index],
+    )
+    hyst = state.hyst[0], state.hyst[1]
+    q = settle(plant, state.q, hyst, Drive(after, load, applied), 0.5 * duration)
+    return _lasting(duration, state._replace(q=q), state)
+
+
+def _lasting(duration: Scalar, moved: SlowState, still: SlowState) -> SlowState:
+    """An interval of no length is padding, whatever its load: else the rotor would slide."""
     padding = duration <= 0.0
-    still, moving = SlowState(state.q, state.hyst, state.q), SlowState(q, hyst, q_middle)
-    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moving, strict=True)))
+    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moved, strict=True)))

@@ -3,14 +3,40 @@
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import Effect, TemperatureFilter
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
+from muscle_bayes.physics.effects.clock_offset import ClockOffset
 from muscle_bayes.physics.effects.coil_contact import CoilContact
+from muscle_bayes.physics.effects.damper_law import DamperLaw
+from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
+from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
+from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
+from muscle_bayes.physics.effects.partial_heating import PartialHeating
+from muscle_bayes.physics.effects.potentiometer_nonlinearity import PotentiometerNonlinearity
+from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
+from muscle_bayes.physics.effects.second_relaxation import SecondRelaxation
+from muscle_bayes.physics.effects.slack import Slack
 from muscle_bayes.physics.effects.thermal_lag import ThermalLag
 from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
 
 AnyEffect = Effect | TemperatureFilter
 
 CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
-    effect.name: effect for effect in (ViscousFriction, BiasTorque, CoilContact, ThermalLag)
+    effect.name: effect
+    for effect in (
+        BiasTorque,
+        ClockOffset,
+        CoilContact,
+        DamperLaw,
+        FirstCycleSet,
+        HysteresisYield,
+        ModulusTemperature,
+        PartialHeating,
+        PotentiometerNonlinearity,
+        QuadraticDrag,
+        SecondRelaxation,
+        Slack,
+        ThermalLag,
+        ViscousFriction,
+    )
 }
 
 
@@ -26,7 +52,17 @@ __all__ = [
     "CATALOGUE",
     "AnyEffect",
     "BiasTorque",
+    "ClockOffset",
     "CoilContact",
+    "DamperLaw",
+    "FirstCycleSet",
+    "HysteresisYield",
+    "ModulusTemperature",
+    "PartialHeating",
+    "PotentiometerNonlinearity",
+    "QuadraticDrag",
+    "SecondRelaxation",
+    "Slack",
     "ThermalLag",
     "ViscousFriction",
     "effect_type",
