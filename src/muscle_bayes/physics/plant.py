@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.physics.effect import Effect, MemoryEffect, Signals, TemperatureFilter
+from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
 from muscle_bayes.physics.element import Element, Instant, Muscle, through_port
 from muscle_bayes.physics.friction import FrictionLaw
 from muscle_bayes.physics.linkage import Scalar
@@ -66,6 +66,10 @@ class Plant(eqx.Module):
             if isinstance(effect, Effect)
             and (effect.name in self.memory or not isinstance(effect, MemoryEffect))
         )
+
+    def corrects(self, port: Port) -> bool:
+        """Whether any effect corrects what this port carries."""
+        return any(effect.port == port for effect in self.instant_effects)
 
     @property
     def muscles(self) -> dict[int, Muscle]:
@@ -158,7 +162,7 @@ class Plant(eqx.Module):
     def located(self, shown: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
         """Coordinate [rad or m] at which the sensor shows `shown`: `sensed` inverted, by Newton."""
         q = shown
-        if any(effect.port == "reading" for effect in self.instant_effects):
+        if self.corrects("reading"):
             for _ in range(LOCATING_STEPS):
                 unit = jnp.ones_like(q)
                 seen, slope = jax.jvp(lambda x: self.sensed(x, hyst, drive), (q,), (unit,))

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.equilibrium import play
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
@@ -44,7 +45,7 @@ once = jax.lax.optimization_barrier
 def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Scalar:
     """Slide to equilibrium within `duration` [s]."""
     args = (plant, q, hyst, drive, duration)
-    return play(_force, q, args, plant.friction.dry, plant.stops)
+    return play(_force, q, args, dry_levels(plant, q, hyst, drive), plant.stops)
 
 
 def _sides(plant: Plant) -> tuple[int, ...]:
@@ -74,8 +75,8 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
     relieved: far too little, where MODULUS is stiff.
     """
-    dry = plant.friction.dry
     at = once(settle(plant, q, hyst, drive, duration))
+    dry, static = dry_levels(plant, q, hyst, drive)
     pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
@@ -112,10 +113,10 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     direction = jnp.sign(held)
     inside = (at > plant.stops[0]) & (at < plant.stops[1])
     firm = (slope < 0.0) & inside
-    free = firm & ((jnp.abs(held) > dry) | (dry == 0.0))
+    free = firm & ((jnp.abs(held) > static) | (static == 0.0))
     softness = jnp.where(free, -1.0 / jnp.where(free, slope, -1.0), 0.0)
     onward = at + (pull - direction * dry) * softness
-    at = jnp.where(firm & ~free, q, jnp.where(dry == 0.0, at, onward))
+    at = jnp.where(firm & ~free, q, jnp.where(static == 0.0, at, onward))
     return _Path(at, tuple(by * softness for by in relief))
 
 

@@ -14,6 +14,7 @@ from muscle_bayes.physics.effects.potentiometer_nonlinearity import Potentiomete
 from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
 from muscle_bayes.physics.effects.second_relaxation import SecondRelaxation
 from muscle_bayes.physics.effects.slack import Slack
+from muscle_bayes.physics.effects.stribeck_friction import StribeckFriction
 from muscle_bayes.physics.effects.thermal_lag import ThermalLag
 from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
 
@@ -34,6 +35,7 @@ CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
         QuadraticDrag,
         SecondRelaxation,
         Slack,
+        StribeckFriction,
         ThermalLag,
         ViscousFriction,
     )
@@ -63,6 +65,7 @@ __all__ = [
     "QuadraticDrag",
     "SecondRelaxation",
     "Slack",
+    "StribeckFriction",
     "ThermalLag",
     "ViscousFriction",
     "effect_type",
