@@ -16,6 +16,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import PORTS, Effect, MemoryEffect, Signals, TemperatureFilter
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.physics.plant import Drive
+from muscle_bayes.twin import EFFECTS
 
 each = pytest.mark.parametrize("effect", CATALOGUE.values(), ids=CATALOGUE)
 
@@ -49,6 +50,11 @@ def test_name_port_and_place(effect):
     assert isinstance(effect.dissipative, bool)
     file = inspect.getfile(effect).removesuffix(".py")
     assert file.endswith(effect.name.replace("-", "_"))
+
+
+def test_the_twin_can_hide_every_effect_with_the_same_parameters():
+    twins = {name: {field.name for field in fields(kind)} for name, kind in EFFECTS.items()}
+    assert twins == {name: set(effect.parameters) for name, effect in CATALOGUE.items()}
 
 
 def test_an_unknown_name_is_told_what_there_is():

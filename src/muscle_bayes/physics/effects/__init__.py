@@ -9,6 +9,7 @@ from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
 from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
 from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
+from muscle_bayes.physics.effects.own import FILES, AnyEffectType, own_effects
 from muscle_bayes.physics.effects.partial_heating import PartialHeating
 from muscle_bayes.physics.effects.potentiometer_nonlinearity import PotentiometerNonlinearity
 from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
@@ -20,7 +21,7 @@ from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
 
 AnyEffect = Effect | TemperatureFilter
 
-CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
+CATALOGUE: dict[str, AnyEffectType] = {
     effect.name: effect
     for effect in (
         BiasTorque,
@@ -42,17 +43,27 @@ CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
 }
 
 
-def effect_type(name: str) -> type[Effect] | type[TemperatureFilter]:
-    """The effect of that name. Raises MuscleBayesError when the catalogue has none."""
-    if name not in CATALOGUE:
-        known = ", ".join(sorted(CATALOGUE))
-        raise MuscleBayesError(f"effect '{name}' is not in the catalogue; choose from: {known}")
-    return CATALOGUE[name]
+def effect_type(name: str) -> AnyEffectType:
+    """The effect of that name, of the catalogue or of the user's own.
+
+    Raises MuscleBayesError when there is none.
+    """
+    if name in CATALOGUE:
+        return CATALOGUE[name]
+    own = own_effects()
+    if name not in own:
+        known = ", ".join(sorted({**CATALOGUE, **own}))
+        raise MuscleBayesError(
+            f"effect '{name}' is not in the catalogue; choose from: {known}. Mend: for one of your "
+            f"own, name its file in the environment variable {FILES}."
+        )
+    return own[name]
 
 
 __all__ = [
     "CATALOGUE",
     "AnyEffect",
+    "AnyEffectType",
     "BiasTorque",
     "ClockOffset",
     "CoilContact",
