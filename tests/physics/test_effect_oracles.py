@@ -264,9 +264,9 @@ def test_soft_contact_takes_contraction_gradually_below_five_percent():
         lengths.append(made.side_a.strain(creep(made, now, 0.0, 0.05).sensed[-1]))
     offset = made.side_a.parameters.offset(temperatures)
     strain, share = np.array(lengths[1:]), np.diff(lengths) / np.diff(offset)
-    assert share[strain > 0.05].min() > 0.9
-    assert share[strain < 0.03].max() < 0.5
-    assert np.diff(share[strain < 0.05]).max() < 1e-3
+    assert share[strain > 0.05].min() > 0.7  # the lever takes the rest
+    assert share[strain < 0.03].max() < 0.3
+    assert -0.1 < np.diff(share).min() < np.diff(share).max() < 0.0
 
 
 def test_potentiometer_shows_a_parabola_and_is_read_backwards():

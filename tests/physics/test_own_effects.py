@@ -1,43 +1,19 @@
 """Effects that a user writes without touching this package."""
 
 import sys
+from pathlib import Path
 
 import jax.numpy as jnp
 import pytest
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.physics.effect import Signals
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.physics.effects.own import FILES
 
-CODE = '''
-"""A cable that gives."""
-
-from collections.abc import Mapping
-from typing import ClassVar
-
-import numpyro.distributions as dist
-
-from muscle_bayes.physics.effect import Effect, Parameter
-
-
-class CableStretch(Effect):
-    """shown = q (1 + c m)
-
-    c: `compliance` [1/kg]. Source: made for a test.
-    """
-
-    name = "cable-stretch"
-    port = "reading"
-    dissipative = False
-    parameters: ClassVar[Mapping[str, Parameter]] = {
-        "compliance": Parameter("1/kg", 0.0, lambda scales: dist.Normal(0.0, 0.1), "give per load")
-    }
-
-    compliance: float
-
-    def __call__(self, value, signals):
-        return value * (1.0 + self.compliance * signals.load)
-'''
+DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"
+CODE = DOCUMENT.read_text().split("```python\n")[1].split("```")[0]
+"""The example that the documentation gives."""
 
 
 @pytest.fixture
@@ -52,6 +28,8 @@ def test_a_file_that_is_named_makes_its_effect_known(file):
     found = effect_type("cable-stretch")
     assert found is effect_type("cable-stretch")
     assert found.off().compliance == 0.0
+    seen = Signals(*[jnp.asarray(0.2)] * (len(Signals._fields) - 1), memory={})
+    assert float(found(jnp.asarray(0.5))(jnp.asarray(1.0), seen)) == pytest.approx(1.1)
     assert "cable-stretch" not in CATALOGUE
     assert not found.__module__.startswith("muscle_bayes.")
     with pytest.raises(MuscleBayesError, match=r"'magic' is not in .* cable-stretch, .*Mend"):
