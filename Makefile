@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc real bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table real bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -56,6 +56,9 @@ real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
+
+effect-table: $(READY) ## write the table of effects in docs/model.md anew
+	@$(BIN)/python scripts/write_effect_table.py
 
 BENCH := .venv-bench
 BENCH_READY := $(BENCH)/.ready

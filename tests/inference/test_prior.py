@@ -44,7 +44,9 @@ def test_table_2_comes_back_from_its_sampled_quantities() -> None:
 
 
 def test_priors_reach_table_2_without_being_centred_on_it() -> None:
-    sites = muscle_sites(Scales(force=0.18, speed=1.0, tension=TENSION), first_strain=0.2)
+    sites = muscle_sites(
+        Scales(force=0.18, speed=1.0, tension=TENSION, range=1.0), first_strain=0.2
+    )
     shares = []
     for name, value in sampled_from_table_2().items():
         draws = np.asarray(sites[name].prior.sample(jax.random.key(3), (20_000,)))

@@ -13,11 +13,21 @@ from example_plants import creep, muscle_plant, release, schedule
 from wide_draws import DRAWS, SIZE, nominal, prior_draws, responses_and_slopes
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.physics.effect import PORTS, Effect, Signals
+from muscle_bayes.physics.effect import PORTS, Effect, MemoryEffect, Signals, TemperatureFilter
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.physics.plant import Drive
+from muscle_bayes.twin import EFFECTS
 
 each = pytest.mark.parametrize("effect", CATALOGUE.values(), ids=CATALOGUE)
+
+
+def signals(seed: int, count: int) -> Signals:
+    """What effects may see, drawn at random."""
+    generator = np.random.default_rng(seed)
+    sizes = {"q": 1.0, "speed": 3.0, "load": 0.2, "strain": 0.1, "hyst": 0.05, "temperature": 90.0}
+    sizes |= {"room": 20.0, "tension": 5.0}
+    drawn = {key: jnp.asarray(generator.normal(size=count) * size) for key, size in sizes.items()}
+    return Signals(**drawn, memory={})
 
 
 def drive(slow: bool):
@@ -40,6 +50,11 @@ def test_name_port_and_place(effect):
     assert isinstance(effect.dissipative, bool)
     file = inspect.getfile(effect).removesuffix(".py")
     assert file.endswith(effect.name.replace("-", "_"))
+
+
+def test_the_twin_can_hide_every_effect_with_the_same_parameters():
+    twins = {name: {field.name for field in fields(kind)} for name, kind in EFFECTS.items()}
+    assert twins == {name: set(effect.parameters) for name, effect in CATALOGUE.items()}
 
 
 def test_an_unknown_name_is_told_what_there_is():
@@ -71,17 +86,35 @@ def test_parameters_have_unit_prior_and_an_off_inside_its_support(effect):
 
 
 @each
+def test_off_is_the_identity(effect):
+    off = effect.off()
+    if isinstance(off, TemperatureFilter):
+        time = jnp.asarray([0.0, 0.7, 1.0, 2.5, 2.5, 2.5])
+        course = jnp.asarray([25.0, 40.0, 41.0, 30.0, 30.0, 30.0])
+        np.testing.assert_array_equal(off(time, course), course)
+        return
+    drawn = signals(3, 20)
+    for index in range(20):
+        seen = jax.tree.map(lambda one, index=index: one[index], drawn)
+        if isinstance(off, MemoryEffect):
+            seen = seen._replace(memory={effect.name: off.initial()})
+            assert float(off.rate(seen)) == 0.0
+        assert float(off(jnp.asarray(1.7), seen)) == 1.7
+        assert float(off(jnp.asarray(-0.03), seen)) == -0.03
+
+
 @pytest.mark.parametrize("motion", [release, creep])
-def test_off_is_the_identity(effect, motion):
-    driven = drive(motion is creep)
-    off = jax.tree.map(jnp.asarray, effect.off())
-    plain = motion(muscle_plant(), driven, -0.2, 0.04)
-    seen = motion(muscle_plant() + off, driven, -0.2, 0.04)
+def test_with_every_effect_off_the_plant_is_the_nominal_one(motion):
+    driven, made = drive(motion is creep), muscle_plant()
+    plain = motion(made, driven, -0.2, 0.04)
+    for effect in CATALOGUE.values():
+        made = made + jax.tree.map(jnp.asarray, effect.off())
+    seen = motion(made, driven, -0.2, 0.04)
     assert np.ptp(plain.sensed) > 0.1
     for name in plain._fields:
         # The compiler may order sums differently: to rounding, not to the last bit.
         np.testing.assert_allclose(
-            getattr(seen, name), getattr(plain, name), rtol=1e-12, atol=1e-14, err_msg=name
+            getattr(seen, name), getattr(plain, name), rtol=1e-11, atol=1e-13, err_msg=name
         )
 
 
@@ -100,15 +133,14 @@ def test_value_and_gradient_are_finite_over_the_prior(effect):
 def test_dissipative_effects_never_do_positive_work(effect):
     if not effect.dissipative:
         return
-    assert effect.port == "torque"
-    generator = np.random.default_rng(7)
-    q, speed, load, strain, hyst, heat, value = (
-        jnp.asarray(generator.normal(size=DRAWS) * size) for size in (1, 3, 0.2, 0.1, 0.05, 90, 0.1)
-    )
-    signals = Signals(q, speed, load, strain, hyst, heat)
+    assert effect.port in ("torque", "friction")
+    against = 1.0 if effect.port == "torque" else -1.0
+    seen = signals(7, DRAWS)
+    value = jnp.asarray(np.random.default_rng(8).uniform(size=DRAWS))
     for index in range(DRAWS):
         made = effect(**{key: draw[index] for key, draw in prior_draws(effect, 6).items()})
-        power = (made(value, signals) - value) * speed
+        speed = seen.speed if effect.port == "torque" else jnp.abs(seen.speed)
+        power = against * (made(value, seen) - value) * speed
         assert float(power.max()) <= 0.0
         assert float(power.min()) < 0.0
 

@@ -1,8 +1,12 @@
 """Errors fall with the step as fast as the methods' orders say."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+import pytest
 from example_plants import creep, muscle_plant, plant, release, schedule, spring_plant
 
+from muscle_bayes.physics.effects import FirstCycleSet, SecondRelaxation
 from muscle_bayes.physics.element import Element
 
 
@@ -74,3 +78,36 @@ def test_slow_motion_is_second_order_through_heating_and_cooling():
         errors = [np.sqrt(np.mean((one[which] - exact[which]) ** 2)) for one in runs]
         assert errors[-1] < size
         assert slopes(errors, 3).min() > 1.7
+
+
+REMEMBER = {
+    "second-relaxation": SecondRelaxation(0.008, 10.0),
+    "first-cycle-set": FirstCycleSet(2e-4, 20.0, 0.01),
+}
+
+
+@pytest.mark.parametrize("effect", REMEMBER.values(), ids=REMEMBER)
+@pytest.mark.parametrize("motion", [creep, release])
+def test_memory_is_second_order_in_slow_and_in_fast_motion(effect, motion):
+    slow = motion is creep
+    end, ratio = (300.0, 3) if slow else (1.2, 2)
+    made = muscle_plant(**({} if slow else {"K_modulus": 900.0})) + jax.tree.map(
+        jnp.asarray, effect
+    )
+
+    def heat(t):
+        return 57.5 - 32.5 * np.cos(2 * np.pi * t / (0.7 * end))
+
+    def run(intervals):
+        time = np.linspace(0.0, end, intervals + 1)
+        seen = motion(made, schedule(time, heat, 0.139), -0.2, 0.04)
+        every = intervals // 20
+        shown = np.asarray(seen.sensed)[every // 2 if slow else every - 1 :: every]
+        return shown, np.asarray(seen.hyst)[every - 1 :: every, 0]
+
+    first = 20 * 3 if slow else 20 * 8
+    exact, runs = run(first * 27), [run(first * ratio**n) for n in range(3)]
+    for which in (0, 1):
+        errors = [np.sqrt(np.mean((one[which] - exact[which]) ** 2)) for one in runs]
+        assert slopes(errors, ratio).mean() > 1.8, errors
+        assert errors[-1] < 1e-3 * np.ptp(exact[which])

@@ -5,13 +5,44 @@ from math import sqrt
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from example_plants import BASE, LinearSpring, creep, muscle_plant, plant, release, schedule
+from example_plants import (
+    BASE,
+    TABLE_2,
+    D,
+    LinearSpring,
+    creep,
+    muscle_plant,
+    plant,
+    release,
+    schedule,
+)
+from reference_solver import muscle_tension_and_rate, opening_spring
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from muscle_bayes.physics.effects import BiasTorque, CoilContact, ThermalLag, ViscousFriction
+from muscle_bayes.physics.effects import (
+    BiasTorque,
+    ClockOffset,
+    CoilContact,
+    DamperLaw,
+    FirstCycleSet,
+    HysteresisYield,
+    ModulusTemperature,
+    PartialHeating,
+    PotentiometerNonlinearity,
+    QuadraticDrag,
+    SecondRelaxation,
+    Slack,
+    StribeckFriction,
+    ThermalLag,
+    ViscousFriction,
+)
+from muscle_bayes.physics.element import Instant, NoElement
 from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.schedule import filtered
 
+EXACT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "dense_output": True}
 STIFFNESS, INERTIA = 0.15, 0.002
 
 
@@ -40,7 +71,7 @@ def test_bias_torque_shifts_equilibrium_by_itself_over_stiffness(torque):
 @pytest.mark.parametrize("onset", [0.0, 0.03])
 def test_coil_contact_adds_its_force_below_its_onset_only(onset):
     plain = muscle_plant()
-    touching = plain + CoilContact(jnp.asarray(200.0), jnp.asarray(onset))
+    touching = plain + CoilContact(jnp.asarray(200.0), jnp.asarray(onset), jnp.asarray(0.0))
     none = jnp.asarray(0.0)
     drive = Drive(jnp.full(2, 60.0), jnp.asarray(0.1), none)
     element = plain.side_a
@@ -86,3 +117,217 @@ def test_thermal_lag_is_what_the_muscle_feels():
     felt = creep(muscle_plant(), schedule(time, lambda t: lagged(t, 7.0), 0.139), -0.2)
     np.testing.assert_allclose(late.sensed, felt.sensed, rtol=1e-9)
     assert np.ptp(late.sensed) > 0.05
+
+
+def test_quadratic_drag_slows_a_free_rotor_hyperbolically():
+    frictionless, drag = CoulombFriction(jnp.asarray(0.0)), 0.004
+    free = plant(NoElement(), inertia=INERTIA, friction=frictionless, stops=(-9.0, 9.0))
+    time = np.linspace(0.0, 2.0, 401)
+    for start in (3.0, -3.0):
+        seen = release(free + QuadraticDrag(jnp.asarray(drag)), schedule(time), speed=start)
+        lost = 1.0 + drag * abs(start) * time[1:] / INERTIA
+        np.testing.assert_allclose(seen.speed, start / lost, rtol=1e-7)
+        np.testing.assert_allclose(
+            seen.sensed, np.sign(start) * INERTIA / drag * np.log(lost), rtol=1e-6
+        )
+
+
+BREAKAWAY, STRIBECK = 0.006, 0.4
+
+
+def test_stribeck_friction_swings_and_sticks_like_a_general_solvers():
+    """Slip by slip: a slip ends where speed passes zero, and there the rotor sticks or turns back."""
+    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA)
+    made = made + StribeckFriction(jnp.asarray(BREAKAWAY), jnp.asarray(STRIBECK))
+    time = np.linspace(0.0, 3.0, 3001)
+    seen = release(made, schedule(time), 0.4)
+    exact, begun, q = np.full(time.size, np.nan), 0.0, 0.4
+    while abs(STIFFNESS * q) > D + BREAKAWAY:
+        sign = -np.sign(q)
+
+        def slope(t, y, sign=sign):
+            dry = D + BREAKAWAY * np.exp(-((y[1] / STRIBECK) ** 2))
+            return [y[1], (-STIFFNESS * y[0] - sign * dry) / INERTIA]
+
+        def stops(t, y, sign=sign, begun=begun):
+            return sign * y[1] + (t == begun)
+
+        stops.terminal, stops.direction = True, -1.0
+        part = solve_ivp(slope, (begun, 9.0), [q, 0.0], events=stops, **EXACT)
+        inside = (time >= begun) & (time <= part.t[-1])
+        exact[inside] = part.sol(time[inside])[0]
+        begun, q = part.t[-1], part.y[0, -1]
+    exact[np.isnan(exact)] = q
+    assert begun < 2.5
+    without = release(plant(LinearSpring(STIFFNESS), inertia=INERTIA), schedule(time), 0.4)
+    assert abs(float(without.sensed[-1]) - q) > 0.01
+    np.testing.assert_allclose(seen.sensed, exact[1:], atol=1e-7)
+    assert seen.speed[-1] == 0.0
+
+
+def test_stribeck_friction_in_slow_motion_breaks_away_and_slides_to_the_lower_level():
+    """What a spring takes until the rotor breaks away is D + b; a jump's speed is far above v_s."""
+    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA)
+    made = made + StribeckFriction(jnp.asarray(BREAKAWAY), jnp.asarray(1e-3))
+    time = np.linspace(0.0, 100.0, 401)
+    push = 3e-4 * 0.5 * (time[1:] + time[:-1])
+    seen = creep(made, schedule(time, applied=lambda t: 3e-4 * t))
+    exact, q = [], 0.0
+    for force in push:
+        if force - STIFFNESS * q > D + BREAKAWAY:
+            q = (force - D) / STIFFNESS
+        exact.append(q)
+    assert len(set(exact)) == 5
+    np.testing.assert_allclose(seen.sensed, exact, atol=1e-12)
+
+
+def test_partial_heating_is_a_shorter_heater():
+    time = np.linspace(0.0, 60.0, 121)
+    heat = schedule(time, ramp, 0.139)
+    part = creep(muscle_plant() + PartialHeating(jnp.asarray(0.3)), heat, -0.2)
+    short = creep(muscle_plant(heated_fraction=0.7), heat, -0.2)
+    np.testing.assert_allclose(part.sensed, short.sensed, rtol=1e-12)
+    assert np.ptp(part.sensed) < 0.9 * np.ptp(creep(muscle_plant(), heat, -0.2).sensed)
+
+
+AT = jnp.asarray(0.0), jnp.asarray(0.0)
+
+
+def heated(temperature):
+    return Drive(jnp.full(2, temperature), jnp.asarray(0.139), jnp.asarray(0.0))
+
+
+@pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
+def test_softening_multiplies_the_modulus_and_leaves_the_force_that_opens_it(temperature):
+    softer = TABLE_2["K_modulus"] * np.exp(-0.008 * (temperature - 25.0))
+    made = muscle_plant() + ModulusTemperature(jnp.asarray(0.008))
+    state = *AT, jnp.full(2, 0.02), heated(temperature)
+    for method in ("force", "hyst_rate"):
+        seen, same = (
+            getattr(one, method)(*state) for one in (made, muscle_plant(K_modulus=softer))
+        )
+        np.testing.assert_allclose(seen, same, rtol=1e-12)
+
+
+@pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
+def test_damper_law_is_arrhenius_where_eq_17_is_level(temperature):
+    level = {"H": 1e-6, "T_hyst_offset": 1e12}
+    made = muscle_plant(**level) + DamperLaw(jnp.asarray(3000.0))
+    rates = [
+        one.hyst_rate(*AT, jnp.full(2, 0.02), heated(temperature))[0]
+        for one in (made, muscle_plant(**level))
+    ]
+    # ln B is straight in 1/T, and B is eq. 17's at 25 C.
+    slower = np.log(float(rates[1] / rates[0]))
+    assert slower == pytest.approx(3000.0 * (1 / (temperature + 273.15) - 1 / 298.15), rel=1e-9)
+
+
+@pytest.mark.parametrize("hyst", [0.0, 0.02, 0.05, 0.08])
+def test_hysteresis_yield_takes_its_force_from_the_damper(hyst):
+    resisted = 1.2
+    plain, made = muscle_plant(), muscle_plant() + HysteresisYield(jnp.asarray(resisted))
+    state = *AT, jnp.full(2, hyst), heated(60.0)
+    force, left = (
+        float(one.hyst_rate(*state)[0]) * BASE * float(one.side_a.parameters.damper(60.0))
+        for one in (plain, made)
+    )
+    assert left == pytest.approx(np.sign(force) * max(abs(force) - resisted, 0.0), abs=1e-12)
+
+
+def test_hysteresis_yield_leaves_a_muscle_stretched():
+    made = muscle_plant(dry=9.0) + HysteresisYield(jnp.asarray(0.8))
+    seen = creep(made, schedule(np.linspace(0.0, 20000.0, 2001)), 0.1, 0.0)
+    strain = float(made.side_a.strain(jnp.asarray(0.1)))
+    hyst = float(seen.hyst[-1, 0])
+    pull, _ = muscle_tension_and_rate(strain, hyst, 25.0, TABLE_2, BASE)
+    held = opening_spring(hyst, BASE * TABLE_2["K_hyst"], TABLE_2["F_hyst_min"])
+    assert pull - held == pytest.approx(0.8, rel=1e-6)
+
+
+@pytest.mark.parametrize("stretch", [-0.01, 0.004, 0.02, 0.05])
+def test_slack_is_the_mean_of_parts_that_go_taut_one_after_the_other(stretch):
+    span = 0.03
+    parts = np.maximum(stretch - span * (np.arange(100000) + 0.5) / 100000, 0.0).mean()
+    hyst = float(muscle_plant().side_a.strain(AT[0])) - stretch
+    seen = muscle_plant().side_a.signals(Instant(*AT, hyst, 25.0, 0.1, {}), ())
+    offset = Slack(jnp.asarray(span))(jnp.asarray(0.0), seen._replace(hyst=jnp.asarray(hyst)))
+    left = float(seen.strain) - float(offset) - hyst
+    assert max(left, 0.0) == pytest.approx(parts, abs=1e-9)
+
+
+def test_soft_contact_takes_contraction_gradually_below_five_percent():
+    """T1: at a constant load, less of each further degree's contraction is left, never none at once."""
+    soft = CoilContact(jnp.asarray(100.0), jnp.asarray(0.05), jnp.asarray(0.05))
+    made, temperatures, lengths = muscle_plant(dry=0.0) + soft, np.linspace(25.0, 90.0, 27), []
+    for temperature in temperatures:
+        now = schedule([0.0, 1e-9], temperature, 0.139)
+        lengths.append(made.side_a.strain(creep(made, now, 0.0, 0.05).sensed[-1]))
+    offset = made.side_a.parameters.offset(temperatures)
+    strain, share = np.array(lengths[1:]), np.diff(lengths) / np.diff(offset)
+    assert share[strain > 0.05].min() > 0.7  # the lever takes the rest
+    assert share[strain < 0.03].max() < 0.3
+    assert -0.1 < np.diff(share).min() < np.diff(share).max() < 0.0
+
+
+def test_potentiometer_shows_a_parabola_and_is_read_backwards():
+    bent = muscle_plant() + PotentiometerNonlinearity(jnp.asarray(0.05), jnp.asarray(-0.1))
+    hyst = jnp.zeros(2)
+    for q in (-0.8, 0.0, 0.7):
+        shown = bent.sensed(jnp.asarray(q), hyst, heated(25.0))
+        assert float(shown) == pytest.approx(1.05 * q - 0.1 * q**2, abs=1e-14)
+        assert float(bent.located(shown, hyst, heated(25.0))) == pytest.approx(q, abs=1e-12)
+
+
+@pytest.mark.parametrize("delay", [1.3, -0.4])
+def test_clock_offset_shifts_a_course(delay):
+    def course(t):
+        return 50.0 + 0.2 * t - 0.03 * t**2
+
+    uneven = np.sort(np.r_[0.0, np.random.default_rng(1).uniform(0.0, 20.0, 60), 20.0, 20.0, 20.0])
+    seen = ClockOffset(jnp.asarray(delay))(jnp.asarray(uneven), jnp.asarray(course(uneven)))
+    inner = (uneven + delay > uneven[1]) & (uneven + delay < uneven[-4])
+    np.testing.assert_allclose(seen[inner], course(uneven + delay)[inner], rtol=1e-12)
+    assert np.isfinite(seen).all()
+
+
+def held(effect, state_rate, heat, hyst):
+    """The plant with the effect at a fixed angle, and a general solver's answer: HYST and strain."""
+    made = muscle_plant(dry=99.0) + effect
+    strain = float(made.side_a.strain(jnp.asarray(0.1)))
+
+    def slope(t, y):
+        pull, rate = muscle_tension_and_rate(strain - y[1], y[0], heat(t), TABLE_2, BASE)
+        return [rate, state_rate(pull, heat(t), y[1])]
+
+    time = np.linspace(0.0, 60.0, 121)
+    seen = creep(made, schedule(time, heat), 0.1, hyst)
+    return seen.hyst[:, 0], slope, time
+
+
+def test_second_relaxation_is_a_voigt_element_in_series():
+    compliance, tau = 0.006, 8.0
+    effect = SecondRelaxation(jnp.asarray(compliance), jnp.asarray(tau))
+    seen, slope, time = held(effect, lambda f, heat, s: (compliance * f - s) / tau, ramp, 0.05)
+    # At rest under the first tension, HYST held.
+    rest = brentq(lambda s: slope(0.0, [0.05, s])[1], 0.0, 0.2)
+    exact = solve_ivp(slope, (0.0, 60.0), [0.05, rest], t_eval=time, **EXACT).y[0]
+    np.testing.assert_allclose(seen, exact[1:], atol=2e-6)
+    assert np.ptp(exact) > 1e-3
+
+
+@pytest.mark.parametrize("trained", [0.0, 0.012])
+def test_first_cycle_set_grows_with_heat_and_stays(trained):
+    gain, tau = 1e-4, 6.0
+
+    def heat(t):
+        return 25.0 + 60.0 * np.sin(np.pi * np.minimum(t, 40.0) / 40.0)
+
+    def rate(tension, temperature, moved):
+        return max(gain * tension * (temperature - 25.0) - moved - trained, 0.0) / tau
+
+    effect = FirstCycleSet(jnp.asarray(gain), jnp.asarray(tau), jnp.asarray(trained))
+    seen, slope, time = held(effect, rate, heat, 0.05)
+    exact = solve_ivp(slope, (0.0, 60.0), [0.05, 0.0], t_eval=time, max_step=0.1, **EXACT).y
+    np.testing.assert_allclose(seen, exact[0, 1:], atol=2e-6)
+    assert exact[1, -1] > 0.005
+    assert np.diff(exact[1]).min() >= 0.0

@@ -15,9 +15,18 @@ from example_plants import (
 
 from muscle_bayes.physics.effects import BiasTorque, CoilContact, ThermalLag, ViscousFriction
 from muscle_bayes.physics.equilibrium import play
+from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.simulation import simulate_fast, simulate_slow
 
-MUSCLE = {**TABLE_2, "J": J, "D": D, "stiffness": 150.0, "onset": 0.02, "torque": 0.004}
+MUSCLE = {
+    **TABLE_2,
+    "J": J,
+    "D": D,
+    "stiffness": 150.0,
+    "onset": 0.02,
+    "width": 0.01,
+    "torque": 0.004,
+}
 MUSCLE |= {"coefficient": 0.002, "time_constant": 3.0, "hyst": 0.04}
 
 
@@ -33,7 +42,9 @@ def rig(values):
     p = dict(values)
     j, d = p.pop("J"), p.pop("D")
     made = muscle_plant(j, d, **{key: p[key] for key in TABLE_2})
-    made = made + ThermalLag(p["time_constant"]) + CoilContact(p["stiffness"], p["onset"])
+    made = (
+        made + ThermalLag(p["time_constant"]) + CoilContact(p["stiffness"], p["onset"], p["width"])
+    )
     return made + ViscousFriction(p["coefficient"]) + BiasTorque(p["torque"])
 
 
@@ -102,7 +113,7 @@ def test_muscle_through_slack_contact_and_sticking(response):
 
 def test_play_differentiates_as_the_implicit_equation_says():
     def rest(k, dry, q):
-        return play(lambda x, k: -k * jnp.sinh(x), q, k, dry, (-9.0, 9.0))
+        return play(lambda x, k: -k * jnp.sinh(x), q, k, DryLevels(dry, dry), (-9.0, 9.0))
 
     edge = np.arcsinh(0.25)
     outside = jnp.asarray(2.0), jnp.asarray(0.5), jnp.asarray(1.0)
@@ -112,9 +123,20 @@ def test_play_differentiates_as_the_implicit_equation_says():
     assert [float(one) for one in jax.jacfwd(rest, (0, 1, 2))(*inside)] == [0.0, 0.0, 1.0]
 
 
+def test_play_that_breaks_away_differentiates_by_the_sliding_level_alone():
+    def rest(sliding, static):
+        dry = DryLevels(sliding, static)
+        return play(lambda x, k: -k * x, jnp.asarray(1.0), 2.0, dry, (-9.0, 9.0))
+
+    by_both = jax.jacfwd(rest, (0, 1))(jnp.asarray(0.5), jnp.asarray(0.9))
+    np.testing.assert_allclose(by_both, (0.5, 0.0), rtol=1e-12)
+
+
 def test_play_at_a_stop_moves_with_the_stop_alone():
+    half = DryLevels(jnp.asarray(0.5), jnp.asarray(0.5))
+
     def rest(k, stop):
-        return play(lambda x, k: -k * x, jnp.asarray(3.0), k, jnp.asarray(0.5), (stop, 9.0))
+        return play(lambda x, k: -k * x, jnp.asarray(3.0), k, half, (stop, 9.0))
 
     by_k, by_stop = jax.jacfwd(rest, (0, 1))(jnp.asarray(2.0), jnp.asarray(1.0))
     assert (float(by_k), float(by_stop)) == (0.0, 1.0)

@@ -91,7 +91,7 @@ def test_a_muscle_swings_through_slack_and_contact_and_sticks():
         lambda t: np.select([t < 1.4, t < 2.0], [loads[0], loads[2]], loads[3]),
         lambda t: np.where((t > 1.0) & (t < 1.4), pushes[1], 0.0),
     )
-    made = muscle_plant() + CoilContact(*map(jnp.asarray, CONTACT))
+    made = muscle_plant() + CoilContact(*map(jnp.asarray, (*CONTACT, 0.0)))
     seen = release(made, driven, 0.0, 0.04)
     np.testing.assert_allclose(seen.sensed, exact[1:, 0], rtol=0.0, atol=2e-5)
     np.testing.assert_allclose(seen.hyst[:, 0], exact[1:, 2], rtol=0.0, atol=1e-8)

@@ -45,6 +45,9 @@ def test_value_and_gradient_stay_finite_over_wide_draws(seed):
         assert np.asarray(seen.finite).all()
         assert np.isfinite(seen.speed).all()
         assert np.isfinite(seen.hyst).all()
+    names = ("potentiometer-nonlinearity.gain", "potentiometer-nonlinearity.bend")
+    straight = {name: jnp.zeros(DRAWS) for name in names}
+    for seen in responses_and_slopes(wide(seed) | straight)[1]:
         assert np.abs(seen.sensed).max() == 1.2, "the stops are reached and hold"
 
 

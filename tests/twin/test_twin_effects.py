@@ -1,14 +1,27 @@
 """Each effect against its own formula, and the errors of naming one wrongly."""
 
-from dataclasses import replace
-from math import exp, pi, sqrt
+from dataclasses import asdict, replace
+from math import exp, log, pi, sqrt
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin import EFFECTS, Effect, MuscleParameters, Rig, make_effect, parse_effect
+from muscle_bayes.twin import (
+    EFFECTS,
+    Effect,
+    MuscleParameters,
+    Rig,
+    Stage,
+    free,
+    make_effect,
+    parse_effect,
+    simulate,
+)
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.rotor import Rotor
+from muscle_bayes.twin.sensors import AngleSensor
 from muscle_bayes.twin.springs import Muscle
 
 
@@ -81,6 +94,201 @@ def test_every_port_reaches_the_muscle():
     )
     assert changed.offset_at(50.0) == pytest.approx(plain.offset_at(50.0) - 0.01)
     assert changed.damper_at(50.0) == pytest.approx(2.0 * plain.damper_at(50.0))
+
+
+def free_rotor(**changes):
+    settings = {"inertia": 0.002, "dry_friction": 0.0, "viscous_friction": 0.0, "disc_radius": 0.09}
+    settings |= {"stops": (-9.0, 9.0), "slip_step": 5e-4} | changes
+    return Rotor([], **settings)
+
+
+def test_quadratic_drag_slows_hyperbolically():
+    drag = make_effect("quadratic-drag", coefficient=0.004)
+    rotor = free_rotor(extra_torques=[drag.extra_torque])
+    rotor.velocity, rotor.slipping = 3.0, True
+    rotor.advance(2.0)
+    lost = 1.0 + 0.004 * 3.0 * 2.0 / 0.002
+    assert rotor.velocity == pytest.approx(3.0 / lost, rel=1e-5)
+    assert rotor.angle == pytest.approx(0.002 / 0.004 * log(lost), rel=1e-5)
+
+
+@pytest.mark.parametrize("push", [0.0049, 0.0051])
+def test_stribeck_friction_holds_up_to_its_breakaway(push):
+    stribeck = make_effect("stribeck-friction", breakaway=0.002, speed=0.2)
+    rotor = free_rotor(
+        dry_friction=0.003,
+        extra_torques=[lambda angle, velocity: push],
+        friction_laws=[stribeck.dry_friction],
+    )
+    rotor.advance(1.0)
+    assert (rotor.angle > 0.01) == (push > 0.005)
+
+
+def test_stribeck_friction_brakes_as_a_general_solver_says():
+    stribeck = make_effect("stribeck-friction", breakaway=0.004, speed=0.5)
+    rotor = free_rotor(dry_friction=0.003, friction_laws=[stribeck.dry_friction])
+    rotor.velocity, rotor.slipping = 2.0, True
+
+    def slope(t, y):
+        return [y[1], -(0.003 + 0.004 * exp(-((y[1] / 0.5) ** 2))) / 0.002]
+
+    def rests(t, y):
+        return y[1]
+
+    rests.terminal = True
+    exact = solve_ivp(slope, (0.0, 9.0), [0.0, 2.0], events=rests, rtol=1e-10, atol=1e-12)
+    rotor.advance(0.5)
+    assert rotor.slipping
+    rotor.advance(2.0)
+    assert not rotor.slipping
+    assert rotor.angle == pytest.approx(exact.y[0, -1], rel=1e-4)
+
+
+def muscles(name, **values):
+    """A muscle without and one with an effect."""
+    effect = make_effect(name, **values)
+    return [Muscle(MuscleParameters(), 0.1, hyst=0.02, effects=e) for e in ((), (effect,))]
+
+
+def test_softening_is_a_smaller_modulus():
+    plain, soft = muscles("modulus-temperature", softening=0.008)
+    p = MuscleParameters()
+    for temperature in (25.0, 90.0):
+        for muscle in (plain, soft):
+            muscle.begin(temperature, temperature, 1.0)
+        above = [muscle.tension(0.115) - p.F_modulus_min for muscle in (plain, soft)]
+        assert above[1] == pytest.approx(above[0] * exp(-0.008 * (temperature - 25.0)))
+
+
+def test_damper_law_is_arrhenius_beside_eq_17():
+    plain, changed = muscles("damper-law", activation_temperature=2500.0)
+    assert changed.damper_at(25.0) == pytest.approx(plain.damper_at(25.0))
+    ratio = changed.damper_at(80.0) / plain.damper_at(80.0)
+    assert log(ratio) == pytest.approx(2500.0 * (1 / 353.15 - 1 / 298.15))
+
+
+def test_hysteresis_yield_holds_what_the_damper_would_let_go():
+    p, seen = MuscleParameters(), []
+    for muscle in muscles("hysteresis-yield", force=0.7):
+        muscle.begin(60.0, 60.0, 1e5)
+        for _ in range(20000):
+            muscle.tension(0.112)
+            muscle.advance(1.0)
+        held = p.F_hyst_min + 0.1 * p.K_hyst * (muscle.hyst - p.epsilon)
+        seen.append(muscle.force - held)
+    assert seen == pytest.approx([0.0, 0.7], abs=1e-6)
+
+
+def test_slack_is_taken_up_by_parts():
+    plain, slack = muscles("slack", span=0.03)
+    for muscle in (plain, slack):
+        muscle.begin(25.0, 25.0, 1.0)
+    taut = 0.1 * (1.0 + plain.offset + plain.hyst)
+    count = 2000
+    for stretch in (-0.01, 0.006, 0.02, 0.05):
+        left = sum(max(stretch - 0.03 * (n + 0.5) / count, 0.0) for n in range(count)) / count
+        seen = slack.tension(taut + 0.1 * stretch)
+        assert seen == pytest.approx(plain.tension(taut + 0.1 * left), abs=1e-5)
+
+
+def test_soft_contact_sets_in_gradually():
+    effect = make_effect("coil-contact", stiffness=200.0, onset=0.05, width=0.05)
+    forces = [effect.extra_tension(strain) for strain in (0.06, 0.05, 0.025, 0.0, -0.01)]
+    assert forces == pytest.approx([0.0, 0.0, -200 * 0.025**2 / 0.1, -5.0, -7.0])
+
+
+def test_second_relaxation_and_hyst_share_a_held_muscle_as_a_general_solver_says():
+    compliance, tau, length, p = 0.006, 8.0, 0.112, MuscleParameters()
+    _, muscle = muscles("second-relaxation", compliance=compliance, time_constant=tau)
+    muscle.begin(60.0, 60.0, 1e5)
+    for _ in range(6000):
+        muscle.tension(length)
+        muscle.advance(0.01)
+    strain, offset, damper = length / 0.1 - 1.0, muscle.offset, muscle.damper_at(60.0)
+
+    def spring(x, rate, least):
+        return least / p.epsilon * min(max(x, 0.0), p.epsilon) + rate * max(x - p.epsilon, 0.0)
+
+    def slope(t, y):
+        pull = spring(strain - offset - y[0] - y[1], 0.1 * p.K_modulus, p.F_modulus_min)
+        held = spring(y[0], 0.1 * p.K_hyst, p.F_hyst_min)
+        return [(pull - held) / (0.1 * damper), (compliance * pull - y[1]) / tau]
+
+    exact = solve_ivp(slope, (0.0, 60.0), [0.02, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
+    assert muscle.hyst == pytest.approx(exact[0], rel=1e-3)
+    assert make_effect("second-relaxation").creep(25.0).strain == 0.0
+
+
+@pytest.mark.parametrize("trained", [0.0, 0.01])
+def test_first_cycle_set_grows_to_the_hottest_and_stays(trained):
+    effect = make_effect("first-cycle-set", gain=1e-4, time_constant=5.0, trained=trained)
+    creep = effect.creep(25.0)
+    assert creep is not None
+    for temperature, end in ((25.0, 0.0), (85.0, 0.024 - trained), (25.0, 0.024 - trained)):
+        for _ in range(200):
+            creep.advance(0.5, 4.0, temperature)
+        assert creep.strain == pytest.approx(max(end, 0.0), abs=1e-9)
+    creep.advance(0.5, 8.0, 85.0)
+    gained = creep.strain
+    creep.rewind(0.25)
+    assert creep.strain == pytest.approx(0.75 * (0.024 - trained) + 0.25 * gained)
+
+
+def test_partial_heating_is_a_shorter_heater():
+    follow = make_effect("partial-heating", unheated=0.2).follow(22.0)
+    assert follow(92.0, 0.03) == pytest.approx(22.0 + 0.8 * 70.0)
+
+
+def test_potentiometer_shows_a_parabola():
+    effect = make_effect("potentiometer-nonlinearity", gain=0.02, bend=-0.1)
+    exact = replace(Rig().potentiometer, count_noise=0.0)
+    sensor = AngleSensor(exact, 512.0, np.random.default_rng(0), (effect,))
+    for angle in (-0.7, 0.0, 0.9):
+        assert sensor.read(angle) == round(512.0 + (1.02 * angle - 0.1 * angle**2) / 0.0058)
+
+
+@pytest.mark.parametrize("delay", [0.8, -0.8])
+def test_clock_offset_logs_temperatures_late(delay):
+    plan = free((Stage(setpoint_a=60.0, duration=20.0),), load=0.139)
+    runs = []
+    for effects in ((), (make_effect("clock-offset", delay=delay),)):
+        rig = Rig()
+        runs.append(simulate(replace(rig, truth=replace(rig.truth, effects=effects)), plan, 4).log)
+    plain, late = runs
+    temperature = "Temperature A (C)"
+    others = [name for name in plain.columns if not name.startswith("Temperature")]
+    assert plain[others].equals(late[others])
+    time = plain["Time (s)"].to_numpy()
+    inner = (time > 2.0) & (time < 18.0)
+    shifted = np.interp(time - delay, time, plain[temperature])
+    # Held values jump between rows: some rows show the one before.
+    assert np.abs(late[temperature] - shifted)[inner].mean() < 0.1
+    assert np.abs(late[temperature] - plain[temperature])[inner].mean() > 1.0
+    changed = late[temperature].diff().fillna(0.0) != 0.0
+    assert not (changed & (late["Temperature Update"] == 0)).any()
+
+
+@pytest.fixture(scope="module")
+def heated():
+    """Log and truth of a short heated run, without and with every effect by itself."""
+    stages = (Stage(setpoint_a=85.0, duration=12.0), Stage(setpoint_a=25.0, duration=8.0))
+    plan, rig = free(stages, load=0.139), Rig()
+    rigs = {
+        name: replace(rig, truth=replace(rig.truth, effects=(make_effect(name),)))
+        for name in EFFECTS
+    }
+    return {name: simulate(one, plan, 4) for name, one in {"": rig, **rigs}.items()}
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_shows_in_a_run_and_in_its_truth(heated, name):
+    run, effect = heated[name], make_effect(name)
+    assert run.truth["effects"] == {name: asdict(effect)}
+    assert "effects" not in heated[""].truth
+    lasts = heated[""].log["Time (s)"].iloc[-1]
+    assert run.log["Time (s)"].iloc[-1] == pytest.approx(lasts, abs=0.5)
+    if name not in ("viscous-friction", "quadratic-drag", "coil-contact"):  # slow, and never short
+        assert not run.log.equals(heated[""].log)
 
 
 def test_text_gives_an_effect():

@@ -44,8 +44,8 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="NAME[:PARAM=VALUE,...]",
-            help="Hidden effect: viscous-friction, bias-torque, coil-contact, thermal-lag; "
-            "repeatable.",
+            help="Hidden effect, e.g. coil-contact:stiffness=150,onset=0.02; repeatable. "
+            "docs/model.md lists them.",
         ),
     ] = None,
     rig: Annotated[

@@ -23,7 +23,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.problem import MUSCLE_PORTS
+from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.inference.starts import SETTLING_SHARE
 from muscle_bayes.physics.effects import CATALOGUE, effect_type

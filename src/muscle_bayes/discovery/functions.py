@@ -6,7 +6,7 @@ import numpy as np
 
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.problem import MUSCLE_PORTS
+from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects.empirical import PORT_SIGNALS, PREFIX, function_name
 
 TRACED = {

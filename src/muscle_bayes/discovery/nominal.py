@@ -76,7 +76,7 @@ def _improved(problem: Problem, mode: Mode) -> Nominal:
 
 def acts_on_rotor(effect: str) -> bool:
     """Whether an effect acts without a muscle as well."""
-    from muscle_bayes.inference.problem import MUSCLE_PORTS
+    from muscle_bayes.physics.effect import MUSCLE_PORTS
     from muscle_bayes.physics.effects import effect_type
 
     return effect_type(effect).port not in MUSCLE_PORTS

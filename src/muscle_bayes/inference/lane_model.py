@@ -67,7 +67,7 @@ class Origin(NamedTuple):
     """What a lane's own simulation starts from; None where it is not an unknown."""
 
     q: Float[Array, ""]
-    """First coordinate [rad or m]."""
+    """First coordinate that the sensor shows [rad or m]."""
     speed: Float[Array, ""] | None
     """First speed [rad/s or m/s]; None: at rest."""
     hyst: Float[Array, ""] | None
@@ -108,15 +108,17 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
     @jax.jit
     def simulate(inputs: Inputs, lane: Lanes) -> Response:
         plant = plant_of(lane.plant, inputs.physical, layout)
-        q, speed, hyst = inputs.origin
+        shown, speed, hyst = inputs.origin
         both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
+        schedule = lane.schedule
+        q = plant.located(shown, both, schedule.first)
         if lane.fine is not None:
             response = simulate_inertial(plant, lane.fine, q, both)
         elif regime == "slow":
-            response = simulate_slow(plant, lane.schedule, q, both)
+            response = simulate_slow(plant, schedule, q, both)
         else:
             moving = jnp.zeros(()) if speed is None else speed
-            response = simulate_fast(plant, lane.schedule, q, moving, both)
+            response = simulate_fast(plant, schedule, q, moving, both)
         return response._replace(averaged=response.averaged / lane.scale)
 
     return simulate

@@ -35,15 +35,16 @@ class Site(NamedTuple):
 
 
 def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
-    """Characteristic magnitudes of the runs: driving force, speed of the coordinate, tension."""
+    """Characteristic magnitudes of the runs: driving force, speed, tension, range of motion."""
     force = max(driving_force(run) for run in runs)
-    speeds = []
+    speeds, ranges = [], []
     for run, record in zip(runs, records, strict=True):
         seen = record.weight > 0
         q = run.sensor.coordinate(record.reading[seen])
+        ranges.append(float(np.ptp(q)))
         speeds.append(np.quantile(np.abs(np.diff(q) / np.diff(record.time[seen])), 0.95))
     tension = max(driving_force(run) / max(tension_lever(run), 1e-6) for run in runs)
-    return Scales(force, max(float(max(speeds)), 1e-9), tension)
+    return Scales(force, max(float(max(speeds)), 1e-9), tension, max(*ranges, 1e-9))
 
 
 def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:

@@ -18,7 +18,7 @@ from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.record import Record, is_slow, record_of, segments
 from muscle_bayes.inference.rig import has_muscle, rig
-from muscle_bayes.physics.effect import Scales
+from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
@@ -28,9 +28,6 @@ Regime = Literal["fast", "slow"]
 TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
 """Prior median of how long misfit lasts, s."""
 
-
-MUSCLE_PORTS = ("tension", "offset", "damper", "temperature")
-"""Ports of the plant that only a muscle has."""
 SIZE_STEP = 64
 """Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
 

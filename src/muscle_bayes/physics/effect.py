@@ -6,12 +6,44 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
 from muscle_bayes.physics.linkage import Scalar
 
-Port = Literal["torque", "tension", "offset", "damper", "temperature", "reading"]
-PORTS: tuple[Port, ...] = ("torque", "tension", "offset", "damper", "temperature", "reading")
+Port = Literal[
+    "torque",
+    "friction",
+    "tension",
+    "offset",
+    "modulus",
+    "damper",
+    "flow",
+    "temperature",
+    "reading",
+]
+PORTS: dict[Port, str] = {
+    "torque": "generalised force on the rotor, but for dry friction [N m or N]",
+    "friction": "dry friction [N m or N]",
+    "tension": "tension of the muscle, beside MODULUS, OFFSET and HYST [N]",
+    "offset": "sigma_offset [1]",
+    "modulus": "stiffness of MODULUS, force per unit strain [N]",
+    "damper": "coefficient of HYST's damper [N s/m]",
+    "flow": "force over HYST's damper [N]",
+    "temperature": "temperature of the muscle [C]",
+    "reading": "coordinate that the sensor shows [rad or m]",
+}
+"""What each port carries."""
+MUSCLE_PORTS: tuple[Port, ...] = (
+    "tension",
+    "offset",
+    "modulus",
+    "damper",
+    "flow",
+    "temperature",
+)
+"""Ports that only a muscle has."""
 
 
 class Scales(NamedTuple):
@@ -26,6 +58,8 @@ class Scales(NamedTuple):
     """Speed of the coordinate [rad/s or m/s]."""
     tension: float
     """Tension of the elements [N]."""
+    range: float
+    """Range of the coordinate [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +87,13 @@ class Signals(NamedTuple):
     """sigma_hyst."""
     temperature: Scalar
     """Temperature of the muscle [C]."""
+    room: Scalar
+    """Temperature of the room [C]; zero where there is no muscle."""
+    tension: Scalar
+    """Tension of MODULUS, OFFSET and HYST in series [N]; zero on the ports from which it follows
+    (temperature, offset, modulus) and where there is no muscle."""
+    memory: Mapping[str, Scalar]
+    """States of the muscle's effects with memory, by name."""
 
 
 class Effect(eqx.Module):
@@ -77,8 +118,24 @@ class Effect(eqx.Module):
         return cls(**{key: parameter.off for key, parameter in cls.parameters.items()})
 
 
+class MemoryEffect(Effect):
+    """An effect on one of MUSCLE_PORTS that remembers: it owns a scalar state of each muscle.
+
+    `signals.memory[self.name]` is that state, in `rate` as well as in `__call__`. The solvers move
+    it by `rate`, to second order in the step, and hold it while coordinate and HYST move.
+    """
+
+    @abstractmethod
+    def rate(self, signals: Signals) -> Scalar:
+        """d state/dt [unit of the state per s]; should not rise with the state."""
+
+    def initial(self) -> Scalar:
+        """The state before the muscle has long hung as it does in the first row."""
+        return jnp.zeros(())
+
+
 class TemperatureFilter(eqx.Module):
-    """An effect on the temperature port that remembers: advanced exactly over each interval."""
+    """An effect on the temperature port that looks at the temperature's whole course."""
 
     name: ClassVar[str]
     port: ClassVar[Port] = "temperature"
@@ -86,8 +143,14 @@ class TemperatureFilter(eqx.Module):
     parameters: ClassVar[Mapping[str, Parameter]]
 
     @abstractmethod
-    def advance(self, memory: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
-        """Temperature [C] after `duration` [s] in which the input went straight from before to after."""
+    def __call__(
+        self, time: Float[Array, " node"], course: Float[Array, " node"]
+    ) -> Float[Array, " node"]:
+        """The muscle's temperature at the nodes [s] of a course that is linear between them [C].
+
+        Linear in the course and the same at all times: derivatives of courses pass as courses do.
+        Intervals of no length are padding.
+        """
 
     @classmethod
     def off(cls) -> "TemperatureFilter":

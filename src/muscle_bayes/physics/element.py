@@ -1,6 +1,7 @@
 """What hangs between rotor and stator on one side: nothing, a spring, a muscle, or an arm."""
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
@@ -26,6 +27,8 @@ class Instant(NamedTuple):
     """Temperature of this side's muscle [C]."""
     load: Scalar
     """Hanging mass [kg]."""
+    memory: Mapping[str, Scalar]
+    """States of this side's effects with memory, by name."""
 
 
 def through_port(
@@ -108,29 +111,36 @@ class Muscle(Element):
     def strain(self, q: Scalar) -> Scalar:
         return (self.linkage.length(q) - self.base_length) / self.base_length
 
-    def _signals(self, now: Instant) -> Signals:
-        room = self.room_temperature
+    def _heated(self, now: Instant, effects: tuple[Effect, ...]) -> Signals:
+        """What the effects see from which tension follows."""
+        room, none = self.room_temperature, jnp.zeros_like(now.q)
         effective = room + self.heated_fraction * (now.temperature - room)  # eq. 11
-        return Signals(now.q, now.speed, now.load, self.strain(now.q), now.hyst, effective)
+        strain = self.strain(now.q)
+        q, speed, hyst, _, load, memory = now
+        seen = Signals(q, speed, load, strain, hyst, effective, room + none, none, memory)
+        return seen._replace(temperature=through_port(effects, "temperature", effective, seen))
 
-    def _modulus_force(self, signals: Signals, effects: tuple[Effect, ...]) -> Scalar:
-        muscle = self.parameters
-        offset = through_port(effects, "offset", muscle.offset(signals.temperature), signals)
-        stretch = signals.strain - offset - signals.hyst
-        return tensile_spring(stretch, self.base_length * muscle.K_modulus, muscle.F_modulus_min)
+    def signals(self, now: Instant, effects: tuple[Effect, ...]) -> Signals:
+        """What the effects see, the tension of MODULUS, OFFSET and HYST in series included (eq. 14)."""
+        seen, muscle = self._heated(now, effects), self.parameters
+        offset = through_port(effects, "offset", muscle.offset(seen.temperature), seen)
+        rigid = self.base_length * muscle.K_modulus
+        stiffness = through_port(effects, "modulus", rigid, seen)
+        stretch = seen.strain - offset - seen.hyst
+        return seen._replace(tension=tensile_spring(stretch, stiffness, muscle.F_modulus_min))
 
     def tension(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         """Tension [N], eq. 14 and the effects on the tension port."""
-        signals = self._signals(now)
-        return through_port(effects, "tension", self._modulus_force(signals, effects), signals)
+        signals = self.signals(now, effects)
+        return through_port(effects, "tension", signals.tension, signals)
 
     def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         return -self.tension(now, effects) * self.linkage.lever(now.q)
 
     def hyst_rate(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         """Eq. 15: (F_modulus - F_hyst) / (B_hyst L_base)."""
-        signals, muscle = self._signals(now), self.parameters
-        pull = self._modulus_force(signals, effects)
+        signals, muscle = self.signals(now, effects), self.parameters
         held = tensile_spring(now.hyst, self.base_length * muscle.K_hyst, muscle.F_hyst_min)
+        flow = through_port(effects, "flow", signals.tension - held, signals)
         damper = through_port(effects, "damper", muscle.damper(signals.temperature), signals)
-        return (pull - held) / (damper * self.base_length)
+        return flow / (damper * self.base_length)

@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.linkage import Scalar
 
 TOLERANCE = 1e-11
@@ -24,25 +25,25 @@ def play(
     force: Callable[[Scalar, Any], Scalar],
     q: Scalar,
     args: Any,
-    dry: Scalar,
+    dry: DryLevels,
     stops: tuple[Scalar, Scalar],
 ) -> Scalar:
     """The coordinate after forces have changed slowly, starting at rest at `q`.
 
-    Rotor stays while |force(q)| <= dry; else it slides to the first point where |force| = dry, or to
-    the stop. `force(q, args)` falls with q around a stable equilibrium. Found by Newton's method
-    inside a shrinking bracket; the derivative of the result is that of the implicit equation, so
-    it is exact in forward and reverse mode. [rad or m], [N m or N].
+    Rotor stays while |force(q)| <= dry.static; else it slides to the first point where |force| =
+    dry.sliding, or to the stop. `force(q, args)` falls with q around a stable equilibrium. Found by
+    Newton's method inside a shrinking bracket; the derivative of the result is that of the implicit
+    equation, so it is exact in forward and reverse mode. [rad or m], [N m or N].
     """
     frozen = jax.lax.stop_gradient((q, args, dry, stops))
-    q_start, args_f, dry_f, stops_f = frozen
+    q_start, args_f, (dry_f, static_f), stops_f = frozen
 
     def force_and_slope(x: Scalar) -> tuple[Scalar, Scalar]:
         return jax.jvp(lambda x: force(x, args_f), (x,), (jnp.ones_like(x),))
 
     pull, slope = force_and_slope(q_start)
     # So written, a pull that is not finite moves the rotor instead of passing for a stuck one.
-    direction = jnp.where(jnp.abs(pull) <= dry_f, 0.0, jnp.sign(pull))
+    direction = jnp.where(jnp.abs(pull) <= static_f, 0.0, jnp.sign(pull))
     far = jnp.where(direction > 0, stops_f[1], stops_f[0])
     span = jnp.abs(stops_f[1] - stops_f[0])
     room = jnp.abs(far - q_start)
@@ -108,7 +109,7 @@ def play(
     root = jax.lax.stop_gradient(jnp.where(searching, found, close + correction))
     # One Newton step with the slope held fixed carries the derivative of the implicit equation.
     _, slope = force_and_slope(root)
-    residual = force(root, args) - direction * dry
+    residual = force(root, args) - direction * dry.sliding
     slides = root - residual / jnp.where(slope == 0.0, -1.0, slope)
     slides = jnp.where(slope == 0.0, root, slides)
     stop = jnp.where(direction > 0, stops[1], stops[0])

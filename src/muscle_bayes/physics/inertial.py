@@ -31,7 +31,8 @@ def _rk4(plant: Plant, state: FastState, sign: Scalar, drives, duration: Scalar)
 
     def rate(y: FastState, fraction: float) -> FastState:
         drive = drives(fraction)
-        force = plant.force(y.q, y.speed, y.hyst, drive) - sign * plant.friction.dry
+        dry = plant.dry_friction(y.q, y.speed, y.hyst, drive)
+        force = plant.force(y.q, y.speed, y.hyst, drive) - sign * dry
         hyst = plant.hyst_rate(y.q, y.speed, y.hyst, drive)
         speed = jnp.where(moving, y.speed, 0.0)
         return FastState(speed, jnp.where(moving, force / inertia, 0.0), hyst)
@@ -49,12 +50,17 @@ def _rk4(plant: Plant, state: FastState, sign: Scalar, drives, duration: Scalar)
     return ahead(state, mean, duration)
 
 
-def _slip_sign(plant: Plant, state: FastState, drive: Drive) -> tuple[Scalar, Scalar]:
-    """Direction in which dry friction is overcome at this state, 0 if it sticks; and the force."""
-    force = plant.force(state.q, state.speed, state.hyst, drive)
+def _forces(plant: Plant, state: FastState, drive: Drive) -> tuple[Scalar, Scalar]:
+    """Generalised force of all but dry friction, and the magnitude of that."""
+    at = state.q, state.speed, state.hyst, drive
+    return plant.force(*at), plant.dry_friction(*at)
+
+
+def _slip_sign(state: FastState, force: Scalar, dry: Scalar) -> Scalar:
+    """Direction in which dry friction is overcome at this state, 0 if it sticks."""
     # So written, a force that is not finite moves the rotor instead of passing for a stuck one.
-    breaks_away = jnp.where(jnp.abs(force) <= plant.friction.dry, 0.0, jnp.sign(force))
-    return jnp.where(state.speed == 0.0, breaks_away, jnp.sign(state.speed)), force
+    breaks_away = jnp.where(jnp.abs(force) <= dry, 0.0, jnp.sign(force))
+    return jnp.where(state.speed == 0.0, breaks_away, jnp.sign(state.speed))
 
 
 def _reversal(duration, v0, a0, v1, a1):
@@ -86,19 +92,19 @@ def fast_step(
     def drive_at(fraction) -> Drive:
         return Drive(before + fraction * (after - before), load, applied)
 
-    sign, force = _slip_sign(plant, state, drive_at(0.0))
-    inertia, dry = plant.inertia(load), plant.friction.dry
+    force, dry = _forces(plant, state, drive_at(0.0))
+    sign, inertia = _slip_sign(state, force, dry), plant.inertia(load)
     whole = _rk4(plant, state, sign, drive_at, duration)
-    end_force = plant.force(whole.q, whole.speed, whole.hyst, drive_at(1.0))
+    end_force, end_dry = _forces(plant, whole, drive_at(1.0))
     reverses = (sign * whole.speed < 0.0) & (state.speed != 0.0)
-    accelerations = (force - sign * dry) / inertia, (end_force - sign * dry) / inertia
+    accelerations = (force - sign * dry) / inertia, (end_force - sign * end_dry) / inertia
     when = _reversal(duration, state.speed, accelerations[0], whole.speed, accelerations[1])
     when = jnp.where(reverses, when, duration)
     share = when / jnp.where(duration > 0.0, duration, 1.0)
 
     turned = _rk4(plant, state, sign, lambda f: drive_at(f * share), when)
     turned = turned._replace(speed=jnp.zeros_like(turned.speed))
-    new_sign, _ = _slip_sign(plant, turned, drive_at(share))
+    new_sign = _slip_sign(turned, *_forces(plant, turned, drive_at(share)))
     left = duration - when
     back = _rk4(plant, turned, new_sign, lambda f: drive_at(share + f * (1.0 - share)), left)
     end = FastState(*(jnp.where(reverses, a, b) for a, b in zip(back, whole, strict=True)))

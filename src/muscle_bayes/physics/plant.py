@@ -1,16 +1,21 @@
 """The plant: one coordinate, an element on each side, a load, friction, and a tuple of effects."""
 
+import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.physics.effect import Effect, Signals, TemperatureFilter
-from muscle_bayes.physics.element import Element, Instant, through_port
+from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
+from muscle_bayes.physics.element import Element, Instant, Muscle, through_port
 from muscle_bayes.physics.friction import FrictionLaw
 from muscle_bayes.physics.linkage import Scalar
+
+LOCATING_STEPS = 4
+"""Newton steps from a reading to the coordinate; sensors are nearly straight."""
 
 
 class Drive(NamedTuple):
@@ -29,7 +34,8 @@ class Plant(eqx.Module):
 
     `rotor_inertia` is J [kg m^2] (its mass [kg] where motion is linear). `load_lever` is R_d [m], or
     1 where motion is linear: the load pulls with m g load_lever and adds m load_lever^2.
-    `plant + effect` is the plant with one more effect; their order is part of the model.
+    `plant + effect` is the plant with one more effect; their order is part of the model. `memory` is
+    held while coordinate and HYST move.
     """
 
     rotor_inertia: Scalar
@@ -39,6 +45,9 @@ class Plant(eqx.Module):
     load_lever: float
     stops: tuple[float, float]
     effects: tuple[Effect | TemperatureFilter, ...] = ()
+    memory: dict[str, Float[Array, "2"]] = eqx.field(default_factory=dict)
+    """States of the effects with memory on sides A and B, by name; empty where nothing is remembered,
+    and such effects do nothing there."""
 
     def __add__(self, effect: Effect | TemperatureFilter) -> "Plant":
         return eqx.tree_at(
@@ -50,12 +59,37 @@ class Plant(eqx.Module):
 
     @property
     def instant_effects(self) -> tuple[Effect, ...]:
-        """The effects without memory."""
-        return tuple(effect for effect in self.effects if isinstance(effect, Effect))
+        """The effects that correct a port at an instant, given what is remembered."""
+        return tuple(
+            effect
+            for effect in self.effects
+            if isinstance(effect, Effect)
+            and (effect.name in self.memory or not isinstance(effect, MemoryEffect))
+        )
+
+    def corrects(self, port: Port) -> bool:
+        """Whether any effect corrects what this port carries."""
+        return any(effect.port == port for effect in self.instant_effects)
+
+    @property
+    def muscles(self) -> dict[int, Muscle]:
+        """The muscles by side: 0 is A, 1 is B."""
+        sides = (self.side_a, self.side_b)
+        return {place: side for place, side in enumerate(sides) if isinstance(side, Muscle)}
+
+    @property
+    def memory_effects(self) -> tuple[MemoryEffect, ...]:
+        """The effects with a state, none where no muscle has it."""
+        found = (effect for effect in self.effects if isinstance(effect, MemoryEffect))
+        return tuple(found) if self.muscles else ()
+
+    def remembering(self, memory: dict[str, Float[Array, "2"]]) -> "Plant":
+        """The plant with these states of its effects with memory."""
+        return dataclasses.replace(self, memory=memory)
 
     @property
     def temperature_filters(self) -> tuple[TemperatureFilter, ...]:
-        """The effects on the temperature port that remember."""
+        """The effects that look at the temperature's whole course."""
         return tuple(effect for effect in self.effects if isinstance(effect, TemperatureFilter))
 
     def inertia(self, load: Scalar) -> Scalar:
@@ -63,23 +97,40 @@ class Plant(eqx.Module):
         elements = self.side_a.inertia() + self.side_b.inertia()
         return self.rotor_inertia + load * self.load_lever**2 + elements
 
-    def _instants(
-        self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive
+    def instants(
+        self,
+        q: Scalar,
+        speed: Scalar,
+        hyst: Float[Array, "2"] | tuple[Scalar, Scalar],
+        drive: Drive,
     ) -> tuple[Instant, Instant]:
+        """What acts on sides A and B."""
         a, b = (
-            Instant(q, speed, hyst[side], drive.temperature[side], drive.load) for side in (0, 1)
+            Instant(q, speed, hyst[side], drive.temperature[side], drive.load, self._recalled(side))
+            for side in (0, 1)
         )
         return a, b
 
+    def _recalled(self, side: int) -> dict[str, Scalar]:
+        return {name: states[side] for name, states in self.memory.items()}
+
     def signals(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Signals:
-        """What effects on the torque and reading ports see: muscle signals are side A's."""
-        strain = self.side_a.strain(q)
-        return Signals(q, speed, drive.load, strain, hyst[0], drive.temperature[0])
+        """What effects on the torque, friction and reading ports see: muscle signals are side A's."""
+        strain, none = self.side_a.strain(q), jnp.zeros_like(q)
+        heat, memory = drive.temperature[0], self._recalled(0)
+        return Signals(q, speed, drive.load, strain, hyst[0], heat, none, none, memory)
+
+    def dry_friction(
+        self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive
+    ) -> Scalar:
+        """Magnitude of dry friction at a speed [N m or N]; at rest, the force that it withstands."""
+        seen = self.signals(q, speed, hyst, drive)
+        return through_port(self.instant_effects, "friction", self.friction.dry, seen)
 
     def force(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
         """Generalised force [N m or N] of everything but dry friction."""
         effects = self.instant_effects
-        a, b = self._instants(q, speed, hyst, drive)
+        a, b = self.instants(q, speed, hyst, drive)
         elements = self.side_a.force(a, effects) + self.side_b.force(b, effects)
         load = drive.load * GRAVITY * self.load_lever
         smooth = elements + load + drive.applied - self.friction.viscous * speed
@@ -94,7 +145,7 @@ class Plant(eqx.Module):
     ) -> tuple[Scalar, Scalar]:
         """d sigma_hyst/dt of side A and of side B [1/s]."""
         effects = self.instant_effects
-        a, b = self._instants(q, speed, hyst, drive)
+        a, b = self.instants(q, speed, hyst, drive)
         return self.side_a.hyst_rate(a, effects), self.side_b.hyst_rate(b, effects)
 
     def hyst_rate(
@@ -107,3 +158,13 @@ class Plant(eqx.Module):
         """Coordinate [rad or m] that the sensor shows when the plant is at q."""
         signals = self.signals(q, jnp.zeros_like(q), hyst, drive)
         return through_port(self.instant_effects, "reading", q, signals)
+
+    def located(self, shown: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
+        """Coordinate [rad or m] at which the sensor shows `shown`: `sensed` inverted, by Newton."""
+        q = shown
+        if self.corrects("reading"):
+            for _ in range(LOCATING_STEPS):
+                unit = jnp.ones_like(q)
+                seen, slope = jax.jvp(lambda x: self.sensed(x, hyst, drive), (q,), (unit,))
+                q = q + (shown - seen) / jnp.where(slope == 0.0, 1.0, slope)
+        return q

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.equilibrium import play
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
@@ -44,7 +45,7 @@ once = jax.lax.optimization_barrier
 def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Scalar:
     """Slide to equilibrium within `duration` [s]."""
     args = (plant, q, hyst, drive, duration)
-    return play(_force, q, args, plant.friction.dry, plant.stops)
+    return play(_force, q, args, dry_levels(plant, q, hyst, drive), plant.stops)
 
 
 def _sides(plant: Plant) -> tuple[int, ...]:
@@ -74,8 +75,8 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
     relieved: far too little, where MODULUS is stiff.
     """
-    dry = plant.friction.dry
     at = once(settle(plant, q, hyst, drive, duration))
+    dry, static = dry_levels(plant, q, hyst, drive)
     pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
@@ -112,10 +113,10 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     direction = jnp.sign(held)
     inside = (at > plant.stops[0]) & (at < plant.stops[1])
     firm = (slope < 0.0) & inside
-    free = firm & ((jnp.abs(held) > dry) | (dry == 0.0))
+    free = firm & ((jnp.abs(held) > static) | (static == 0.0))
     softness = jnp.where(free, -1.0 / jnp.where(free, slope, -1.0), 0.0)
     onward = at + (pull - direction * dry) * softness
-    at = jnp.where(firm & ~free, q, jnp.where(dry == 0.0, at, onward))
+    at = jnp.where(firm & ~free, q, jnp.where(static == 0.0, at, onward))
     return _Path(at, tuple(by * softness for by in relief))
 
 
@@ -178,23 +179,41 @@ def slow_step(
     in the interval's length. Where the load jumps, it should be followed by a short interval, lest
     HYST sees the new load from the old coordinate.
     """
+    return arrive(plant, once(cross(plant, state, schedule, index)), schedule, index)
+
+
+def cross(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
+    """HYST at the end of the interval, the rotor in its middle."""
     duration = schedule.time[index + 1] - schedule.time[index]
     before, after = schedule.temperature[index], schedule.temperature[index + 1]
     load, applied = schedule.load[index], schedule.applied[index]
     braking = 0.5 * (schedule.braking[index] + schedule.braking[index + 1])
     # Where temperature turns, its chord would cut the peak at which friction leaves the rotor.
     half = 0.5 * (before + after) + braking * duration**2 / 8.0
-    middle, end = Drive(half, load, applied), Drive(after, load, applied)
+    middle = Drive(half, load, applied)
     begun = state.hyst[0], state.hyst[1]
     path = _path(plant, state.q, begun, middle, 0.5 * duration)
     path = once(path)
     moves = _moves(plant, path, begun, middle, duration)
-    q_middle = path.at(tuple(0.5 * move for move in moves))
-    moved = _moved(plant, begun, moves)
-    q_middle, moved = once((q_middle, moved))
-    q = settle(plant, q_middle, moved, end, 0.5 * duration)
-    hyst = jnp.stack(moved)
-    # An interval of no length is padding, whatever its load: without this the rotor would slide.
+    q = path.at(tuple(0.5 * move for move in moves))
+    there = SlowState(q, jnp.stack(_moved(plant, begun, moves)), q)
+    return _lasting(duration, there, state._replace(q_middle=state.q))
+
+
+def arrive(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
+    """The rotor from the middle to the end of the interval."""
+    duration = schedule.time[index + 1] - schedule.time[index]
+    after, load, applied = (
+        schedule.temperature[index + 1],
+        schedule.load[index],
+        schedule.applied[index],
+    )
+    hyst = state.hyst[0], state.hyst[1]
+    q = settle(plant, state.q, hyst, Drive(after, load, applied), 0.5 * duration)
+    return _lasting(duration, state._replace(q=q), state)
+
+
+def _lasting(duration: Scalar, moved: SlowState, still: SlowState) -> SlowState:
+    """An interval of no length is padding, whatever its load: else the rotor would slide."""
     padding = duration <= 0.0
-    still, moving = SlowState(state.q, state.hyst, state.q), SlowState(q, hyst, q_middle)
-    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moving, strict=True)))
+    return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moved, strict=True)))

@@ -1,12 +1,13 @@
 """What is imposed on a plant over one run, on the grid of times on which it is solved."""
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.physics.effect import TemperatureFilter
+from muscle_bayes.physics.plant import Drive
 
 
 class Schedule(NamedTuple):
@@ -27,22 +28,17 @@ class Schedule(NamedTuple):
     """How heating or cooling of sides A and B slows down towards a turn [C/s^2], with the sign of
     the temperature's rate; zero where it does not. Used by slow motion only."""
 
+    @property
+    def first(self) -> Drive:
+        """What is imposed in the first row."""
+        return Drive(self.temperature[0], self.load[0], self.applied[0])
+
 
 def filtered(schedule: Schedule, filters: tuple[TemperatureFilter, ...]) -> Schedule:
-    """The schedule with each filter applied to both temperatures, from steady state at the start."""
+    """The schedule with each filter applied to the courses of both temperatures."""
     for one in filters:
-        steps = jnp.diff(schedule.time)
-
-        def advance(memory, step, one=one):
-            after = one.advance(memory, *step)
-            return after, after
-
-        def apply(values, steps=steps, advance=advance):
-            _, rest = jax.lax.scan(advance, values[0], (values[:-1], values[1:], steps))
-            return jnp.concatenate([values[:1], rest])
-
-        # Filters are linear and do not change in time: they pass derivatives as they pass values.
+        passed = jax.vmap(partial(one, schedule.time), 1, 1)
         schedule = schedule._replace(
-            temperature=apply(schedule.temperature), braking=apply(schedule.braking)
+            temperature=passed(schedule.temperature), braking=passed(schedule.braking)
         )
     return schedule

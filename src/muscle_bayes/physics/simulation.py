@@ -11,9 +11,10 @@ from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.physics.inertial import FastState, fast_step
 from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.memory import Motion, Remembered, remembering, rested
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.quasistatic import SlowState, settle, slow_step
+from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, settle, slow_step
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
 
@@ -65,10 +66,28 @@ STICK_SLIP = StructuredStep(fast_step, 4)
 """Full inertia, reversals of speed resolved inside the step; fourth order."""
 QUASI_STATIC = StructuredStep(slow_step, 2)
 """Rotor inertia eliminated, dry friction as a play operator; second order."""
+REMEMBERING = {
+    STICK_SLIP: StructuredStep(
+        remembering(
+            Motion(
+                cross=fast_step,
+                middle=lambda begun, end: 0.5 * (begun.q + end.q),
+                arrive=lambda plant, end, schedule, index: end,
+            )
+        ),
+        2,
+    ),
+    QUASI_STATIC: StructuredStep(
+        remembering(Motion(cross, lambda begun, crossed: crossed.q_middle, arrive)), 2
+    ),
+}
+"""The same where effects remember; second order."""
 
 
 def _solve(solver: StructuredStep, plant: Plant, schedule: Schedule, start: Any) -> Any:
-    """States at the end of every interval."""
+    """States of the motion at the end of every interval."""
+    if plant.memory:
+        solver, start = REMEMBERING[solver], Remembered(start, plant.memory)
     # The steps advance the state themselves; diffrax asks for a term but never evaluates it.
     term = diffrax.ODETerm(lambda t, y, args: jax.tree.map(jnp.zeros_like, y))
     intervals = schedule.load.shape[0]
@@ -87,7 +106,7 @@ def _solve(solver: StructuredStep, plant: Plant, schedule: Schedule, start: Any)
         max_steps=intervals,
         throw=False,
     )
-    return solution.ys
+    return solution.ys.motion if plant.memory else solution.ys
 
 
 def _all_finite(*values: Array) -> Bool[Array, ""]:
@@ -97,7 +116,8 @@ def _all_finite(*values: Array) -> Bool[Array, ""]:
 def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]) -> Response:
     """Quasi-static response from rest at q [rad or m] with HYST strains `hyst`."""
     schedule = filtered(schedule, plant.temperature_filters)
-    first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
+    first = schedule.first
+    plant = rested(plant, q, hyst, first)
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
     ahead = overshoot(plant, q, hyst, first) * schedule.braking
     schedule = schedule._replace(temperature=schedule.temperature + ahead)
@@ -121,7 +141,11 @@ def simulate_fast(
 ) -> Response:
     """Response with full inertia from q [rad or m], speed [rad/s or m/s] and HYST strains `hyst`."""
     schedule = filtered(schedule, plant.temperature_filters)
-    states = _solve(STICK_SLIP, plant, schedule, FastState(q, speed, hyst))
+    return _swung(rested(plant, q, hyst, schedule.first), schedule, FastState(q, speed, hyst))
+
+
+def _swung(plant: Plant, schedule: Schedule, start: FastState) -> Response:
+    states = _solve(STICK_SLIP, plant, schedule, start)
     drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
     sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
     finite = _all_finite(sensed, states.hyst, states.speed)
@@ -130,10 +154,11 @@ def simulate_fast(
 
 def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
     """What `simulate_slow` says of the grid's former intervals, with full inertia."""
-    schedule = grid.schedule
-    first = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
+    schedule = filtered(grid.schedule, plant.temperature_filters)
+    first = schedule.first
+    plant = rested(plant, q, hyst, first)
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
-    whole = simulate_fast(plant, schedule, q, jnp.zeros_like(q), hyst)
+    whole = _swung(plant, schedule, FastState(q, jnp.zeros_like(q), hyst))
     start = plant.sensed(q, hyst, first)
     ends = jnp.concatenate([start[None], whole.sensed])
     steps = jnp.diff(schedule.time)

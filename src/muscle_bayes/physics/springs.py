@@ -26,6 +26,18 @@ def tensile_spring(
     return opening + stiffness * jnp.maximum(strain - eps, 0.0)
 
 
+def lost_stretch(stretch: Scalar, span: Scalar) -> Scalar:
+    """Stretch that is lost while parts go taut, evenly over stretches from 0 to `span`.
+
+        lost = c (1 - c / (2 span)),   c = min(max(stretch, 0), span)
+
+    What is left pulls: 0 below 0, stretch^2 / (2 span) up to span, stretch - span / 2 beyond.
+    """
+    covered = jnp.where(stretch > 0.0, jnp.minimum(stretch, span), 0.0)
+    share = jnp.where(span > 0.0, covered / jnp.where(span > 0.0, span, 1.0), 1.0)
+    return covered * (1.0 - 0.5 * share)
+
+
 def tensile_strain(
     force: Scalar, stiffness: Scalar, minimum_force: Scalar, eps: float = STRAIN_EPSILON
 ) -> Scalar:

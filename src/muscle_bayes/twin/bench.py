@@ -70,6 +70,7 @@ class Bench:
             stops=fixture.stops,
             slip_step=rig.slip_step,
             extra_torques=[e.extra_torque for e in truth.effects if e.overrides("extra_torque")],
+            friction_laws=[e.dry_friction for e in truth.effects if e.overrides("dry_friction")],
         )
         self.rotor.hang(load)
         for channel in self.channels:
@@ -101,7 +102,8 @@ def _puller(rig: Rig, element: Element, parameters: MuscleParameters, hyst: floa
         return None
     if element.kind == "spring":
         return ReferenceSpring()
-    return Muscle(parameters, element.base_length, hyst=hyst, effects=rig.truth.effects)
+    room, effects = rig.fixture.room_temperature, rig.truth.effects
+    return Muscle(parameters, element.base_length, hyst=hyst, room=room, effects=effects)
 
 
 def _equilibrium(rotor: Rotor) -> float:

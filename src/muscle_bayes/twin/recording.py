@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.bench import Bench
+from muscle_bayes.twin.clock import Row, logged_late
 from muscle_bayes.twin.controller import PERIOD
 from muscle_bayes.twin.loads import LoadSchedule
 from muscle_bayes.twin.protocols import Protocol, Stage
@@ -12,9 +13,6 @@ from muscle_bayes.twin.sensors import AngleSensor, RowClock, ThermocoupleMeter
 
 STAGE_LIMIT = 3600.0
 """A stage that takes longer than this cannot reach its setpoint, s."""
-
-Row = tuple[float, float, float, int, float, float, int, int, int]
-"""Values of the log's columns, in their order."""
 
 
 class Hidden(NamedTuple):
@@ -40,6 +38,7 @@ class Recording:
         sensor: AngleSensor,
         clock: RowClock,
         progress: Callable[[float], None] | None = None,
+        delay: float = 0.0,
     ) -> None:
         self.bench = bench
         self.protocol = protocol
@@ -50,6 +49,7 @@ class Recording:
         self._sensor = sensor
         self._clock = clock
         self._progress = progress
+        self._delay = delay
         self._origin: float | None = None
         self._next_row = float("inf")
         self._row_time = 0.0
@@ -65,6 +65,8 @@ class Recording:
                 self._progress((number + 1) / len(self.protocol.stages))
         if self._origin is None:
             raise MuscleBayesError("no stage of this protocol is logged")
+        if self._delay != 0.0:
+            self.rows = logged_late(self.rows, self._meter.history, self._origin, self._delay)
 
     def _run_stage(self, stage: Stage, tick: int) -> int:
         start = tick * PERIOD

@@ -26,6 +26,7 @@ class Rotor:
         stops: tuple[float, float],
         slip_step: float,
         extra_torques: Sequence[Callable[[float, float], float]] = (),
+        friction_laws: Sequence[Callable[[float, float], float]] = (),
     ) -> None:
         self.sides = tuple(sides)
         self.inertia = inertia
@@ -35,6 +36,8 @@ class Rotor:
         self.stops = stops
         self.slip_step = slip_step
         self.extra_torques = tuple(extra_torques)
+        self.friction_laws = tuple(friction_laws)
+        self.static_friction = self.friction_at(0.0)
         self.angle = 0.0
         self.velocity = 0.0
         self.slipping = False
@@ -55,6 +58,13 @@ class Rotor:
             total += extra(angle, velocity)
         return total
 
+    def friction_at(self, speed: float) -> float:
+        """Magnitude of dry friction at a speed without sign; at rest, the most that it holds."""
+        level = self.dry_friction
+        for law in self.friction_laws:
+            level = law(level, speed)
+        return level
+
     def advance(self, duration: float) -> None:
         """Advance by a duration [s] whose temperatures the elements have been told."""
         left = duration
@@ -65,8 +75,8 @@ class Rotor:
         """Torques that leave the rotor at rest: friction holds, and so does a stop it leans on."""
         lower, upper = self.stops
         return (
-            -inf if self.angle <= lower else -self.dry_friction,
-            inf if self.angle >= upper else self.dry_friction,
+            -inf if self.angle <= lower else -self.static_friction,
+            inf if self.angle >= upper else self.static_friction,
         )
 
     def _stick(self, left: float) -> float:
@@ -98,7 +108,8 @@ class Rotor:
         extras = self.extra_torques
         torque_at = self.torque
         lower, upper = self.stops
-        dry = self.dry_friction
+        dry = self.friction_at(abs(self.velocity))
+        sticks = self.static_friction > 0.0
         viscous = self.viscous_friction
         count = ceil(left / self.slip_step)
         step = left / count
@@ -108,8 +119,11 @@ class Rotor:
         velocity = self.velocity
         torque = torque_at(angle, velocity)
         ahead = velocity if velocity != 0.0 else torque
-        friction = dry if ahead > 0.0 else -dry
+        sign = 1.0 if ahead > 0.0 else -1.0
+        friction = sign * dry
         for index in range(count):
+            if self.friction_laws:
+                friction = sign * self.friction_at(abs(velocity))
             middle = velocity + half * (torque - friction - viscous * velocity)
             angle_new = angle + step * middle
             for element in elements:
@@ -121,7 +135,7 @@ class Rotor:
                 return self._stop_at(stop, fraction, left, index, step)
             torque = torque_at(angle_new, 2.0 * middle - velocity if extras else 0.0)
             velocity_new = (middle + half * (torque - friction)) / damping
-            if dry > 0.0 and velocity_new * friction <= 0.0:
+            if sticks and velocity_new * sign <= 0.0:
                 # The velocity falls linearly through zero inside the step.
                 span = velocity - velocity_new
                 fraction = velocity / span if span != 0.0 else 0.0

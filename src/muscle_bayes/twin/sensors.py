@@ -1,9 +1,10 @@
 """What the host sees: thermocouple meter, potentiometer, and the times of its rows."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from muscle_bayes.twin.effects import Effect
 from muscle_bayes.twin.rig import Logger, Meter, Potentiometer
 
 _BLOCK = 1024
@@ -23,6 +24,10 @@ def uniforms(generator: np.random.Generator) -> Iterator[float]:
         yield from generator.random(_BLOCK).tolist()
 
 
+Update = tuple[float, tuple[float, float]]
+"""When a meter measured [s], and what it showed from then on [C]."""
+
+
 class ThermocoupleMeter:
     """Two channels, read about every 0.4 s with 0.1 C resolution, held in between."""
 
@@ -31,6 +36,7 @@ class ThermocoupleMeter:
         self._noise = normals(generator)
         self._due = 0.0
         self.readings = (0.0, 0.0)
+        self.history: list[Update] = []
         self.updated = False
         """An update came since this flag was last cleared."""
 
@@ -45,6 +51,7 @@ class ThermocoupleMeter:
             for t in temperatures
         )
         self.readings = (round(first, 4), round(second, 4))
+        self.history.append((time, self.readings))
         jitter = meter.period_jitter * next(self._noise)
         self._due = time + max(meter.period + jitter, 0.25 * meter.period)
         self.updated = True
@@ -58,15 +65,18 @@ class AngleSensor:
         potentiometer: Potentiometer,
         zero_reading: float,
         generator: np.random.Generator,
-        distortions: Sequence[Callable[[float], float]] = (),
+        effects: Sequence[Effect] = (),
     ) -> None:
         self._gain = 1.0 / potentiometer.radians_per_count
         self._count_noise = potentiometer.count_noise
         self._zero = zero_reading
         self._noise = normals(generator)
-        self._distortions = tuple(distortions)
+        self._shown = [e.shown for e in effects if e.overrides("shown")]
+        self._distortions = [e.reading for e in effects if e.overrides("reading")]
 
     def read(self, angle: float) -> int:
+        for show in self._shown:
+            angle = show(angle)
         counts = self._zero + angle * self._gain
         for distort in self._distortions:
             counts = distort(counts)

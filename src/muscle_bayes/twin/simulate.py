@@ -55,14 +55,14 @@ def record(
     zero = rig.potentiometer.zero_reading + float(streams["zero"].uniform(-spread, spread))
     bench = Bench(rig, load=protocol.load, hyst=protocol.initial_hyst)
     bench.place(protocol.initial_angle)
-    distortions = [e.reading for e in rig.truth.effects if e.overrides("reading")]
     recording = Recording(
         bench,
         protocol,
         ThermocoupleMeter(rig.meter, streams["meter"]),
-        AngleSensor(rig.potentiometer, zero, streams["potentiometer"], distortions),
+        AngleSensor(rig.potentiometer, zero, streams["potentiometer"], rig.truth.effects),
         RowClock(rig.logger, protocol.log_period, streams["clock"]),
         progress,
+        delay=sum(effect.temperature_delay() for effect in rig.truth.effects),
     )
     recording.run()
     return recording, zero

@@ -53,6 +53,7 @@ class Muscle:
         base_length: float,
         *,
         hyst: float = 0.0,
+        room: float = 25.0,
         effects: Sequence[Effect] = (),
     ) -> None:
         p = parameters
@@ -63,7 +64,7 @@ class Muscle:
         """Tension in the series chain, N: HYST feels this, not what effects add beside it."""
         self.offset = 0.0
         self._eps = p.epsilon
-        self._modulus_rate = base_length * p.K_modulus
+        self._modulus_rate = self._full_modulus_rate = base_length * p.K_modulus
         self._hyst_rate = base_length * p.K_hyst
         self._modulus_toe = p.F_modulus_min / p.epsilon
         self._hyst_toe = p.F_hyst_min / p.epsilon
@@ -75,6 +76,11 @@ class Muscle:
         self._tensions = [e.extra_tension for e in effects if e.overrides("extra_tension")]
         self._offsets = [e.extra_offset for e in effects if e.overrides("extra_offset")]
         self._dampers = [e.damper for e in effects if e.overrides("damper")]
+        self._moduli = [e.modulus for e in effects if e.overrides("modulus")]
+        self._stretches = [e.stretch for e in effects if e.overrides("stretch")]
+        self._flows = [e.flow for e in effects if e.overrides("flow")]
+        self._creeps = [creep for e in effects if (creep := e.creep(room)) is not None]
+        self._temperature = room
 
     def offset_at(self, temperature: float) -> float:
         """sigma_offset (eq. 16)."""
@@ -95,11 +101,19 @@ class Muscle:
     def begin(self, before: float, after: float, duration: float) -> None:
         self.offset = self.offset_at(before)
         self._offset_slope = (self.offset_at(after) - self.offset) / duration
-        self._mobility = 1.0 / (self.damper_at(0.5 * (before + after)) * self.base_length)
+        self._temperature = middle = 0.5 * (before + after)
+        self._mobility = 1.0 / (self.damper_at(middle) * self.base_length)
+        self._modulus_rate = self._full_modulus_rate
+        for port in self._moduli:
+            self._modulus_rate = port(self._modulus_rate, middle)
 
     def tension(self, length: float) -> float:
         strain = length / self.base_length - 1.0
         stretch = strain - self.offset - self.hyst
+        for creep in self._creeps:
+            stretch -= creep.strain
+        for give in self._stretches:
+            stretch = give(stretch)
         if stretch > self._eps:
             slope = self._modulus_rate
             force = slope * (stretch - self._eps) + self.parameters.F_modulus_min
@@ -132,9 +146,16 @@ class Muscle:
         move = self._mobility * step
         z = move * (slope + self._modulus_slope)
         factor = 1.0 / (1.0 + z * (0.5 + z / 12.0)) if z < 0.1 else -expm1(-z) / z
-        self.hyst = hyst + factor * move * (self.force - spring)
+        pull = self.force - spring
+        for port in self._flows:
+            pull = port(pull)
+        for creep in self._creeps:
+            creep.advance(step, self.force, self._temperature)
+        self.hyst = hyst + factor * move * pull
         self.offset += self._offset_slope * step
 
     def rewind(self, fraction: float) -> None:
         self.hyst = self._hyst_before + fraction * (self.hyst - self._hyst_before)
         self.offset = self._offset_before + fraction * (self.offset - self._offset_before)
+        for creep in self._creeps:
+            creep.rewind(fraction)

@@ -52,12 +52,11 @@ class TwinPlant:
         self.zero_reading = self.rig.potentiometer.zero_reading + float(
             streams["zero"].uniform(-spread, spread)
         )
-        effects = self.rig.truth.effects
         self._sensor = AngleSensor(
             self.rig.potentiometer,
             self.zero_reading,
             streams["potentiometer"],
-            [effect.reading for effect in effects if effect.overrides("reading")],
+            self.rig.truth.effects,
         )
 
     def advance(self, duties: tuple[float, float], duration: float) -> None:

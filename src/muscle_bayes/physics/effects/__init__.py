@@ -3,33 +3,83 @@
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import Effect, TemperatureFilter
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
+from muscle_bayes.physics.effects.clock_offset import ClockOffset
 from muscle_bayes.physics.effects.coil_contact import CoilContact
+from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
+from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
+from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
+from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
+from muscle_bayes.physics.effects.own import FILES, AnyEffectType, own_effects
+from muscle_bayes.physics.effects.partial_heating import PartialHeating
+from muscle_bayes.physics.effects.potentiometer_nonlinearity import PotentiometerNonlinearity
+from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
+from muscle_bayes.physics.effects.second_relaxation import SecondRelaxation
+from muscle_bayes.physics.effects.slack import Slack
+from muscle_bayes.physics.effects.stribeck_friction import StribeckFriction
 from muscle_bayes.physics.effects.thermal_lag import ThermalLag
 from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
 
 AnyEffect = Effect | TemperatureFilter
 
-CATALOGUE: dict[str, type[Effect] | type[TemperatureFilter]] = {
-    effect.name: effect for effect in (ViscousFriction, BiasTorque, CoilContact, ThermalLag)
+CATALOGUE: dict[str, AnyEffectType] = {
+    effect.name: effect
+    for effect in (
+        BiasTorque,
+        ClockOffset,
+        CoilContact,
+        DamperLaw,
+        FirstCycleSet,
+        HysteresisYield,
+        ModulusTemperature,
+        PartialHeating,
+        PotentiometerNonlinearity,
+        QuadraticDrag,
+        SecondRelaxation,
+        Slack,
+        StribeckFriction,
+        ThermalLag,
+        ViscousFriction,
+    )
 }
 
 
-def effect_type(name: str) -> type[Effect] | type[TemperatureFilter]:
-    """The effect of that name. Raises MuscleBayesError when the catalogue has none."""
+def effect_type(name: str) -> AnyEffectType:
+    """The effect of that name: of the catalogue, a function, or of the user's own.
+
+    Raises MuscleBayesError when there is none.
+    """
     if name.startswith(f"{PREFIX}-"):
         return empirical_type(name)
-    if name not in CATALOGUE:
-        known = ", ".join(sorted(CATALOGUE))
-        raise MuscleBayesError(f"effect '{name}' is not in the catalogue; choose from: {known}")
-    return CATALOGUE[name]
+    if name in CATALOGUE:
+        return CATALOGUE[name]
+    own = own_effects()
+    if name not in own:
+        known = ", ".join(sorted({**CATALOGUE, **own}))
+        raise MuscleBayesError(
+            f"effect '{name}' is not in the catalogue; choose from: {known}. Mend: for one of your "
+            f"own, name its file in the environment variable {FILES}."
+        )
+    return own[name]
 
 
 __all__ = [
     "CATALOGUE",
     "AnyEffect",
+    "AnyEffectType",
     "BiasTorque",
+    "ClockOffset",
     "CoilContact",
+    "DamperLaw",
+    "FirstCycleSet",
+    "HysteresisYield",
+    "ModulusTemperature",
+    "PartialHeating",
+    "PotentiometerNonlinearity",
+    "QuadraticDrag",
+    "SecondRelaxation",
+    "Slack",
+    "StribeckFriction",
     "ThermalLag",
     "ViscousFriction",
     "effect_type",

@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
 import numpyro.distributions as dist
+from jaxtyping import Array, Float
 
 from muscle_bayes.physics.effect import Parameter, TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar
@@ -30,11 +32,19 @@ class ThermalLag(TemperatureFilter):
 
     time_constant: Scalar
 
-    def advance(self, memory: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
+    def __call__(
+        self, time: Float[Array, " node"], course: Float[Array, " node"]
+    ) -> Float[Array, " node"]:
+        """From steady state at the first node."""
+        ends = course[:-1], course[1:], jnp.diff(time)
+        _, rest = jax.lax.scan(lambda late, step: (self._after(late, *step),) * 2, course[0], ends)
+        return jnp.concatenate([course[:1], rest])
+
+    def _after(self, late: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
         tau = jnp.asarray(self.time_constant)
         moving = duration > 0.0
         slope = jnp.where(moving, (after - before) / jnp.where(moving, duration, 1.0), 0.0)
         positive = tau > 0.0
         decay = jnp.where(positive, jnp.exp(-duration / jnp.where(positive, tau, 1.0)), 0.0)
-        lagged = after - tau * slope + (memory - before + tau * slope) * decay
-        return jnp.where(moving, lagged, memory)
+        lagged = after - tau * slope + (late - before + tau * slope) * decay
+        return jnp.where(moving, lagged, late)

@@ -1,0 +1,72 @@
+"""Effects from outside this package: a user's files, and installed packages."""
+
+import importlib.util
+import os
+import sys
+from functools import lru_cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.physics.effect import Effect, TemperatureFilter
+
+FILES = "MUSCLE_BAYES_EFFECTS"
+"""Environment variable that names files with effects, separated as in PATH: processes inherit it."""
+GROUP = "muscle_bayes.effects"
+"""Entry points of installed packages that are effects."""
+
+AnyEffectType = type[Effect] | type[TemperatureFilter]
+
+
+def own_effects() -> dict[str, AnyEffectType]:
+    """Effects that are not of this package, by name. Raises MuscleBayesError where one cannot be had."""
+    named = os.environ.get(FILES, "")
+    found = dict(_installed())
+    for path in filter(None, named.split(os.pathsep)):
+        found |= _of_file(Path(path).resolve())
+    return found
+
+
+@lru_cache
+def _of_file(path: Path) -> dict[str, AnyEffectType]:
+    module = _loaded(path)
+    found = {
+        one.name: one
+        for one in vars(module).values()
+        if isinstance(one, type)
+        and issubclass(one, (Effect, TemperatureFilter))
+        and one.__module__ == module.__name__
+        and hasattr(one, "name")
+    }
+    if not found:
+        raise MuscleBayesError(
+            f"{FILES}: {path} holds no effect. Mend: write a subclass of "
+            "muscle_bayes.physics.effect.Effect with a name, as docs/architecture.md shows."
+        )
+    return found
+
+
+def _loaded(path: Path) -> ModuleType:
+    # No name of this package: what is compiled with it must not be kept (inference.program).
+    name = f"own_effects_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise MuscleBayesError(
+            f"{FILES}: {path} is no Python file. Mend: name a file that ends in .py"
+        )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise MuscleBayesError(
+            f"{FILES}: {path} cannot be imported: {type(error).__name__}: {error}. Mend: correct it, "
+            f"or take it out of {FILES}."
+        ) from error
+    return module
+
+
+@lru_cache
+def _installed() -> dict[str, AnyEffectType]:
+    return {one.name: one.load() for one in entry_points(group=GROUP)}

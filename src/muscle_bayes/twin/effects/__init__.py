@@ -1,0 +1,81 @@
+"""Effects that a twin can hide from the inference, by name."""
+
+from dataclasses import fields
+
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.twin.effects.base import Creep, Effect, Follower
+from muscle_bayes.twin.effects.creep import FirstCycleSet, SecondRelaxation
+from muscle_bayes.twin.effects.muscle import (
+    CoilContact,
+    DamperLaw,
+    HysteresisYield,
+    ModulusTemperature,
+    Slack,
+)
+from muscle_bayes.twin.effects.rotor import (
+    BiasTorque,
+    QuadraticDrag,
+    StribeckFriction,
+    ViscousFriction,
+)
+from muscle_bayes.twin.effects.sensing import (
+    ClockOffset,
+    PartialHeating,
+    PotentiometerNonlinearity,
+    ThermalLag,
+)
+
+EFFECTS: dict[str, type[Effect]] = {
+    kind.name: kind
+    for kind in (
+        BiasTorque,
+        ClockOffset,
+        CoilContact,
+        DamperLaw,
+        FirstCycleSet,
+        HysteresisYield,
+        ModulusTemperature,
+        PartialHeating,
+        PotentiometerNonlinearity,
+        QuadraticDrag,
+        SecondRelaxation,
+        Slack,
+        StribeckFriction,
+        ThermalLag,
+        ViscousFriction,
+    )
+}
+
+
+def make_effect(name: str, **values: float) -> Effect:
+    """Effect of that name with those parameters."""
+    if name not in EFFECTS:
+        raise MuscleBayesError(f"unknown effect {name!r}; known: {', '.join(sorted(EFFECTS))}")
+    kind = EFFECTS[name]
+    known = [field.name for field in fields(kind)]
+    for key in values:
+        if key not in known:
+            raise MuscleBayesError(
+                f"effect {name!r} has no parameter {key!r}; it has: {', '.join(known)}"
+            )
+    return kind(**values)
+
+
+def parse_effect(text: str) -> Effect:
+    """Effect from NAME or NAME:param=value,param=value."""
+    name, _, rest = text.partition(":")
+    values: dict[str, float] = {}
+    for item in filter(None, rest.split(",")):
+        key, separator, value = item.partition("=")
+        try:
+            values[key.strip()] = float(value)
+        except ValueError:
+            separator = ""
+        if not separator:
+            raise MuscleBayesError(
+                f"effect {text!r}: {item!r} is not param=value with a number for value"
+            )
+    return make_effect(name.strip(), **values)
+
+
+__all__ = ["EFFECTS", "Creep", "Effect", "Follower", "make_effect", "parse_effect"]

@@ -1,0 +1,52 @@
+"""Effects on the rotor's bearing."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from muscle_bayes.twin.effects.base import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViscousFriction(Effect):
+    """Torque -coefficient * omega; coefficient in N m s."""
+
+    name: ClassVar[str] = "viscous-friction"
+    coefficient: float = 5e-4
+
+    def extra_torque(self, angle: float, velocity: float) -> float:
+        return -self.coefficient * velocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class BiasTorque(Effect):
+    """Constant torque on the rotor, N m."""
+
+    name: ClassVar[str] = "bias-torque"
+    torque: float = 0.003
+
+    def extra_torque(self, angle: float, velocity: float) -> float:
+        return self.torque
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuadraticDrag(Effect):
+    """Torque -coefficient * |omega| omega; coefficient in N m s^2."""
+
+    name: ClassVar[str] = "quadratic-drag"
+    coefficient: float = 3e-4
+
+    def extra_torque(self, angle: float, velocity: float) -> float:
+        return -self.coefficient * abs(velocity) * velocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class StribeckFriction(Effect):
+    """At rest dry friction is higher by `breakaway` [N m]; that fades with (omega / speed)^2 [rad/s]."""
+
+    name: ClassVar[str] = "stribeck-friction"
+    breakaway: float = 0.004
+    speed: float = 0.3
+
+    def dry_friction(self, level: float, speed: float) -> float:
+        return level + self.breakaway * math.exp(-((speed / self.speed) ** 2))
