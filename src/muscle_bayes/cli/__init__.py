@@ -10,6 +10,7 @@ from muscle_bayes.cli.bench_test import bench_test
 from muscle_bayes.cli.calibrate import calibrate
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
+from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
@@ -48,6 +49,7 @@ def _root(
 app.command("inspect")(guarded(inspect))
 app.command("fit")(guarded(fit))
 app.command("check")(guarded(check))
+app.command("discover")(guarded(discover))
 app.command("simulate")(guarded(simulate))
 app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))

@@ -125,5 +125,3 @@ def _cycles(temperature: np.ndarray) -> np.ndarray:
     middle = temperature.min() + WARM * np.ptp(temperature)
     above = temperature > middle
     return 1.0 + np.maximum(np.cumsum(np.r_[above[0], above[1:] & ~above[:-1]]) - 1.0, 0.0)
-
-

@@ -23,9 +23,9 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.inference.starts import SETTLING_SHARE
+from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX, function_type
 
@@ -111,16 +111,12 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
     names = [run.name for run in runs]
     for name in hold_out:
         if name not in names:
-            raise MuscleBayesError(
-                f"--hold-out {name}: no such run; there are: {', '.join(names)}"
-            )
+            raise MuscleBayesError(f"--hold-out {name}: no such run; there are: {', '.join(names)}")
     if set(names) <= set(hold_out):
         raise MuscleBayesError("every run is held out; leave at least one to fit")
 
 
-def _chain(
-    search: _Search, base: Fitted, names: Sequence[str]
-) -> tuple[list[_Link], Naming, str]:
+def _chain(search: _Search, base: Fitted, names: Sequence[str]) -> tuple[list[_Link], Naming, str]:
     """Named effects, one after the other while readings not seen are predicted better by them.
 
     Also the first step's comparison, and why the chain ends.
@@ -223,7 +219,9 @@ def _result(
     if unknown is not None and unknown.link is not None and not drop:
         link = unknown.link
         misfit = locate(unknown.search.train, link.after, search.seed)
-        steps.append(_step(unknown.search, link, before, _judged(unknown.search, link.after, misfit)))
+        steps.append(
+            _step(unknown.search, link, before, _judged(unknown.search, link.after, misfit))
+        )
         stopped = "what is left is described by a function, not named"
     verdict = _verdict(steps, left, drop)
     return Discovery(

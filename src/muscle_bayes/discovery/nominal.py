@@ -13,13 +13,13 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.inference.density import constrain, unconstrain
-from muscle_bayes.inference.pivots import pivoted
-from muscle_bayes.inference.reduction import solved_adequately
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import Mode, find_mode, refine
+from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.record import is_slow
+from muscle_bayes.inference.reduction import solved_adequately
 
 FIXTURE_SPREAD = 0.3
 """Standard deviation of log J and log D that runs without a muscle give to the search with one: more
@@ -59,17 +59,13 @@ def nominal(
     second = without_runs(pose(parts[1], friction, effects, known), hold_out)
     found = find_mode(key, second.layout, second.data)
     both = values | _referred(constrain(found.vector, second.layout, second.data), second, problem)
-    start = Mode(
-        unconstrain(both, problem.layout, problem.data), np.inf, np.zeros((0, 0)), 0
-    )
+    start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, np.zeros((0, 0)), 0)
     return _improved(problem, refine(start, seen.layout, seen.data))
 
 
 def _improved(problem: Problem, mode: Mode) -> Nominal:
     """With what a mode tells of how the runs are best solved."""
-    problem = replace(
-        problem, data=pivoted(mode.vector, problem.layout, problem.data)
-    )
+    problem = replace(problem, data=pivoted(mode.vector, problem.layout, problem.data))
     values = constrain(mode.vector, problem.layout, problem.data)
     return Nominal(solved_adequately(problem, values), mode)
 

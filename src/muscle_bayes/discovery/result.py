@@ -99,6 +99,11 @@ class Discovery:
         return tuple(step.tie for step in self.steps if step.tie)
 
     @property
+    def effects(self) -> tuple[str, ...]:
+        """Of the revised model, as `fit --effect` takes them."""
+        return self.final.effects
+
+    @property
     def final(self) -> Judged:
         return self.steps[-1].after if self.steps else self.nominal
 

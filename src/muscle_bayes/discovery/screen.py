@@ -42,7 +42,9 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
     factor, slopes, kept = cho_factor(base.information), base.jacobian, base.errors
     found = []
     for strength, own in _draws(nested, effect, key):
-        judged = explained_at(jnp.asarray(_joined(nested, base, base.point, own)), choice, layout, data)
+        judged = explained_at(
+            jnp.asarray(_joined(nested, base, base.point, own)), choice, layout, data
+        )
         errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in judged.fits])
         if not (np.isfinite(float(judged.potential)) and np.isfinite(errors).all()):
             continue

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.nested import Choice, Explained, Nested, Slope, explained_at, slope_at
 from muscle_bayes.inference.density import LOG_2PI
+from muscle_bayes.inference.nested import Choice, Explained, Nested, Slope, explained_at, slope_at
 
 MAX_STEPS = 40
 LONGEST_MOVE = 2.0

@@ -90,9 +90,7 @@ class Nested:
     def slots_of(self, effects: Sequence[str]) -> list[str]:
         """Names of the quantities in the slots of `choice(effects)` that are used."""
         return [
-            f"{general(name)}.{key}"
-            for name in effects
-            for key in effect_type(name).parameters
+            f"{general(name)}.{key}" for name in effects for key in effect_type(name).parameters
         ]
 
     def point(self, values: Values, effects: Sequence[str]) -> Float[np.ndarray, " n"]:

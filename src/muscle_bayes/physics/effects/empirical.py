@@ -1,7 +1,7 @@
 """A smooth function that nobody has named: what is left when no effect of the catalogue fits."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -90,7 +90,7 @@ def _constant(off: float) -> Parameter:
     return Parameter("", off, lambda scales: dist.Normal(off, 1.0), "constant of the search")
 
 
-@lru_cache(maxsize=None)
+@cache
 def any_function(port: Port) -> type[AnyFunction]:
     """The class of AnyFunction on `port`."""
     constants = {f"w_{signal}": _constant(0.0) for signal in SIGNALS}
@@ -122,7 +122,7 @@ def function_name(port: Port, signal: str, low: float, high: float) -> str:
     return f"{PREFIX}-{port}({signal}:{low:.4g}:{high:.4g})"
 
 
-@lru_cache(maxsize=None)
+@cache
 def function_type(name: str) -> type[Function]:
     """The Function of that name. Raises MuscleBayesError where the name is none of a Function."""
     head, _, tail = name.removesuffix(")").partition("(")
@@ -148,4 +148,3 @@ def empirical_type(name: str) -> type[Effect]:
 
 
 __all__ = ["PORT_SIGNALS", "SIGNALS", "TERMS", "empirical_type", "function_name", "function_type"]
-

@@ -1,0 +1,120 @@
+"""`muscle-bayes discover`: which effect is missing from the model of these runs?"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.device import Device, DeviceOption, compute_on
+from muscle_bayes.cli.fit import (
+    EXIT_NOT_CONVERGED,
+    EffectOption,
+    FrictionChoice,
+    FrictionOption,
+    Preset,
+)
+
+if TYPE_CHECKING:
+    from muscle_bayes.discovery.result import Discovery
+
+
+def discover(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Figures, summary and the final posterior go here.")
+    ] = Path("reports/discovery"),
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only predict this run; may be repeated."),
+    ] = None,
+    friction: FrictionOption = FrictionChoice.coulomb,
+    effect: EffectOption = None,
+    preset: Annotated[Preset, typer.Option(help="How long the final posterior is sampled.")] = (
+        Preset.quick
+    ),
+    device: DeviceOption = Device.cpu,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Find where the model of RUN... disagrees with them, name the missing effect, add it.
+
+    Says "none" where nothing is missing, "unknown" where no effect of the catalogue explains what
+    is, and which effects tie. The revised model is then fitted in full. Exits with 1 if that fit has
+    not converged.
+    """
+    from rich.console import Console
+
+    from muscle_bayes.cli.progress import fit_progress
+    from muscle_bayes.data import read_runs
+    from muscle_bayes.discovery.discover import discover as search
+    from muscle_bayes.discovery.summary import summary
+    from muscle_bayes.inference.fit import EFFORTS, fit
+    from muscle_bayes.report.discovery_figures import write_figures
+
+    compute_on(device)
+    loaded = read_runs(runs)
+    held = tuple(hold_out or ())
+    with fit_progress("discover") as report:
+        found = search(
+            loaded,
+            hold_out=held,
+            friction=friction.value,
+            effects=tuple(effect or ()),
+            seed=seed,
+            report=report,
+        )
+    origins = {run.name: run.metadata.origin for run in loaded}
+    write_figures(found, out, origins)
+    (out / "summary.md").write_text(summary(found, origins), encoding="utf-8")
+    if found.next_experiment is not None:
+        (out / "next-experiment.toml").write_text(found.next_experiment.sequence, encoding="utf-8")
+    write_json(out / "discovery.json", found.as_dict())
+    if json is not None:
+        write_json(json, found.as_dict())
+    console = Console()
+    _show(console, found, out)
+    with fit_progress("revised model") as report:
+        posterior = fit(
+            [run for run in loaded if run.name not in held],
+            friction.value,
+            found.effects,
+            effort=EFFORTS[preset.value],
+            seed=seed,
+            report=report,
+        )
+    posterior.save(out / "posterior.nc")
+    if not posterior.converged:
+        reasons = "; ".join(posterior.complaints)
+        console.print(f"revised model NOT CONVERGED: {reasons}", style="bold red")
+        raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def _show(console, found: "Discovery", out: Path) -> None:
+    """Verdict, probabilities and what was added, as tables."""
+    from rich.table import Table
+
+    from muscle_bayes.discovery.summary import verdict_text
+
+    table = Table("missing", "probability")
+    for name, probability in sorted(found.probabilities.items(), key=lambda item: -item[1])[:6]:
+        table.add_row(name, f"{probability:.1%}")
+    console.print(table)
+    if found.steps:
+        shown = Table("added", "run", "RMSE before", "after", "noise alone", "")
+        for step in found.steps:
+            for run, check in step.after.checks.items():
+                shown.add_row(
+                    step.added,
+                    run + (" (held out)" if run in found.held_out else ""),
+                    f"{step.before.checks[run].rmse:.3g}",
+                    f"{check.rmse:.3g}",
+                    f"{step.floor[run]:.3g}",
+                    check.unit,
+                )
+        console.print(shown)
+    console.print(verdict_text(found), style="bold")
+    console.print(f"{found.stopped_because}; summary and figures: {out}", soft_wrap=True)

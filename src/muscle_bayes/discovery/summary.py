@@ -1,0 +1,99 @@
+"""One page on what was found, to be read aloud."""
+
+from collections.abc import Mapping
+
+from muscle_bayes.discovery.naming import NONE, UNKNOWN
+from muscle_bayes.discovery.result import Discovery, Step
+
+WINDOWS = 5
+"""Windows of the misfit map that are told."""
+
+
+def verdict_text(found: Discovery) -> str:
+    """The verdict as a sentence."""
+    if found.verdict == NONE:
+        return "Nothing is missing that these runs could show."
+    if found.verdict == UNKNOWN and not found.steps:
+        return "Something is missing, but nothing tried explains it: unknown."
+    parts = [
+        f"unknown ({step.port}, depends on {', '.join(step.signals)})"
+        if step.added == UNKNOWN
+        else step.added
+        for step in found.steps
+    ]
+    return f"Missing from the model: {', then '.join(parts)}."
+
+
+def summary(found: Discovery, origins: Mapping[str, str]) -> str:
+    """Markdown: verdict, where the misfit was, what was added, what it changed, what is left."""
+    lines = ["# What is missing from the model?", ""]
+    if synthetic := sorted(name for name, origin in origins.items() if origin == "synthetic"):
+        every = len(synthetic) == len(origins)
+        which = "All runs are" if every else f"{', '.join(synthetic)}:"
+        lines += [f"**{which} SYNTHETIC data, written by a simulator.**", ""]
+    lines += [verdict_text(found), ""]
+    lines += ["## Where the misfit was", ""]
+    lines += _located(found)
+    lines += ["## How likely", ""]
+    order = sorted(found.probabilities.items(), key=lambda item: -item[1])
+    lines += [f"- {name}: {p:.1%}" for name, p in order if p >= 0.005] + [""]
+    for tie in found.ties:
+        lines += [f"These runs cannot tell apart: {', '.join(tie)}.", ""]
+    for step in found.steps:
+        lines += _step(step, found.held_out)
+    lines += ["## What is left", ""]
+    left = found.final.misfit
+    lines += [
+        f"Largest misfit left: p = {left.p_value:.2g} over all windows of all runs. "
+        f"The search ended because {found.stopped_because}.",
+        "",
+    ]
+    if (following := found.next_experiment) is not None:
+        loads = ", ".join(f"{1000 * load:g} g" for load in following.loads)
+        lines += [
+            "## Next experiment",
+            "",
+            f"To tell {' from '.join(following.separates)}: {following.protocol}, {loads} "
+            f"(`next-experiment.toml`); expected log odds {following.information:.1f} nat.",
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def _located(found: Discovery) -> list[str]:
+    if not found.located.windows:
+        return [f"Nowhere: p = {found.located.p_value:.2g} over all windows of all runs.", ""]
+    lines = [
+        f"- {one.run}, {one.start:.0f} to {one.end:.0f} s, {one.where}: {one.rms:.2g} {one.unit} "
+        f"RMS, {one.share:.0%} of the excess (p = {one.p_value:.2g})"
+        for one in found.located.windows[:WINDOWS]
+    ]
+    more = len(found.located.windows) - WINDOWS
+    return [*lines, *([f"- and {more} windows more"] if more > 0 else []), ""]
+
+
+def _step(step: Step, held: tuple[str, ...]) -> list[str]:
+    numbers = ", ".join(
+        f"{name} {one.mean:.4g} ± {one.sd:.2g} {one.unit}".rstrip()
+        for name, one in step.parameters.items()
+    )
+    lines = [
+        f"## Added: {step.added} (port {step.port})",
+        "",
+        f"Probability at this step {step.probability:.1%}. {numbers}. Readings left out "
+        f"({step.gate.by}) are predicted better by {step.gate.gain:.0f} nat "
+        f"(standard error {step.gate.se:.0f}).",
+        "",
+        "| run | RMSE before | after | noise alone | gap closed | within 90 % band |",
+        "|---|---|---|---|---|---|",
+    ]
+    for run, check in step.after.checks.items():
+        mark = " (held out)" if run in held else ""
+        before = step.before.checks[run]
+        lines.append(
+            f"| {run}{mark} | {before.rmse:.3g} | {check.rmse:.3g} | {step.floor[run]:.3g} "
+            f"{check.unit} | {step.closed(run):.0%} | {check.coverage90:.0%} |"
+        )
+    if step.weakened:
+        lines += ["", f"No longer determined beside it: {', '.join(step.weakened)}."]
+    return [*lines, ""]

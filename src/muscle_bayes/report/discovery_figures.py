@@ -1,0 +1,118 @@
+"""Figures of a discovery: misfit map before and after, probabilities, overlays."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.discovery.locate import MisfitMap
+from muscle_bayes.discovery.result import Discovery, Judged
+from muscle_bayes.report.bands import draw_bands, origin_word
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style, save
+
+LEAST_SHOWN = 0.001
+"""Least probability that gets a bar."""
+
+
+def write_figures(found: Discovery, folder: Path, origins: Mapping[str, str]) -> None:
+    """Write misfit-map.png, probabilities.png and RUN.png for every run. Raises OSError."""
+    save(misfit_figure(found, origins), folder / "misfit-map.png")
+    save(probability_figure(found), folder / "probabilities.png")
+    for run in found.nominal.predictions:
+        save(before_after_figure(found, run, origins[run]), folder / f"{run}.png")
+
+
+def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
+    """Residuals of every fitted run, what was located shaded; before, and after where effects came."""
+    maps = [("before", found.located)]
+    if found.steps:
+        maps.append(("after", found.final.misfit))
+    lines = found.located.traces
+    with quiet_style():
+        fig = Figure(figsize=(9.0, 0.9 + 1.15 * len(lines)))
+        axes = fig.subplots(len(lines), len(maps), squeeze=False, sharey="row")
+        for column, (when, one) in enumerate(maps):
+            for row, line in enumerate(one.traces):
+                _residuals(axes[row, column], line, one)
+                if column == 0:
+                    axes[row, 0].set_ylabel(f"{line.run}\n[{line.unit}]", fontsize=7)
+            axes[0, column].set_title(f"{when}: p = {one.p_value:.2g}")
+            axes[-1, column].set_xlabel("time [s]")
+        kinds = ", ".join(sorted({origin_word(origin) for origin in origins.values()}))
+        fig.suptitle(
+            f"Where readings disagree with the model ({kinds} data): reading minus model;\n"
+            "shaded where the misfit exceeds what noise and uncertain parameters allow",
+            x=0.01,
+            ha="left",
+            fontsize=10,
+        )
+    return fig
+
+
+def _residuals(axis: Axes, line: Trace, found: MisfitMap) -> None:
+    axis.axhline(0.0, color=BLUE, linewidth=0.8)
+    axis.plot(line.time, line.residual, ".", color=BLACK, markersize=1.5)
+    for one in found.windows:
+        if one.run == line.run:
+            axis.axvspan(one.start, one.end, color=VERMILLION, alpha=0.25, linewidth=0)
+    axis.margins(x=0.01)
+
+
+def probability_figure(found: Discovery) -> Figure:
+    """Probability of every effect, of none and of unknown, in the first step."""
+    shown = sorted(
+        (item for item in found.probabilities.items() if item[1] >= LEAST_SHOWN),
+        key=lambda item: item[1],
+    )
+    names, values = zip(*shown, strict=True)
+    with quiet_style():
+        fig = Figure(figsize=(6.0, 1.2 + 0.3 * len(names)))
+        axis = fig.subplots()
+        axis.barh(names, values, color=BLUE, height=0.6)
+        for row, value in enumerate(values):
+            axis.text(value + 0.01, row, f"{value:.1%}", va="center", fontsize=8)
+        axis.set(xlim=(0.0, 1.12), xlabel="probability that this is what the model lacks")
+        axis.set_title("First missing effect")
+        fig.supxlabel(
+            f"{len(found.probabilities) - len(names)} more below {LEAST_SHOWN:.1%}", fontsize=7
+        )
+    return fig
+
+
+def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
+    """Readings with predictive bands, and residuals beneath: nominal model, revised model."""
+    models: list[tuple[str, Judged]] = [("nominal", found.nominal)]
+    if found.steps:
+        models.append(("with " + " + ".join(step.added for step in found.steps), found.final))
+    with quiet_style():
+        fig = Figure(figsize=(4.6 * len(models) + 0.6, 5.0))
+        axes = fig.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
+        for column, (name, judged) in enumerate(models):
+            _overlay(axes[:, column], judged, run, name)
+        axes[0, 0].legend(fontsize=7, loc="best")
+        held = ", held out" if run in found.held_out else ""
+        fig.suptitle(f"{run}, {origin_word(origin)}{held}", x=0.01, ha="left", fontsize=10)
+    return fig
+
+
+def _overlay(axes, judged: Judged, run: str, name: str) -> None:
+    prediction, check = judged.predictions[run], judged.checks[run]
+    mean = prediction.model.mean(axis=0)
+    draw_bands(axes[0], prediction.time, prediction.reading, "predictions")
+    axes[0].plot(prediction.time, mean, color=BLUE, linewidth=1.0, label="mean model")
+    axes[0].plot(
+        prediction.time, prediction.observed, ".", color=BLACK, markersize=2, label="logged"
+    )
+    axes[0].set_title(f"{name}: RMSE {check.rmse:.3g} {check.unit}", fontsize=9)
+    axes[0].set_ylabel(f"reading [{prediction.unit}]")
+    draw_bands(axes[1], prediction.time, prediction.reading - mean, "predictions")
+    axes[1].plot(prediction.time, prediction.observed - mean, ".", color=BLACK, markersize=2)
+    axes[1].axhline(0.0, color=BLUE, linewidth=0.8)
+    axes[1].set(xlabel="time [s]", ylabel=f"logged minus mean model [{prediction.unit}]")
+    if prediction.ahead_from > 0.0:
+        for axis in axes:
+            axis.axvline(prediction.ahead_from, color=GREY, linestyle=":", linewidth=1.0)
+    for axis in axes:
+        axis.margins(x=0.01)
