@@ -18,6 +18,7 @@ from muscle_bayes.cli.sbc import sbc
 from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
+from muscle_bayes.cli.trial import trial
 
 app = typer.Typer(
     name="muscle-bayes",
@@ -56,6 +57,7 @@ app.command("calibrate")(guarded(calibrate))
 app.command("record")(guarded(record))
 app.command("bench-test")(guarded(bench_test))
 app.command("sbc")(guarded(sbc))
+app.command("trial")(guarded(trial))
 app.command("study")(guarded(study))
 
 

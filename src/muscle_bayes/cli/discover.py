@@ -112,7 +112,7 @@ def _show(console, found: "Discovery", out: Path) -> None:
                     run + (" (held out)" if run in found.held_out else ""),
                     f"{step.before.checks[run].rmse:.3g}",
                     f"{check.rmse:.3g}",
-                    f"{step.floor[run]:.3g}",
+                    f"{found.floor[run]:.3g}",
                     check.unit,
                 )
         console.print(shown)

@@ -16,8 +16,9 @@ from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
 from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming, blocks_of, unexplained, weigh
+from muscle_bayes.discovery.next_experiment import propose
 from muscle_bayes.discovery.nominal import Nominal, nest, nominal
-from muscle_bayes.discovery.result import Discovery, Judged, Step
+from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Step
 from muscle_bayes.discovery.search import fit_candidates
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
@@ -60,6 +61,8 @@ class _Link:
     before: Fitted
     after: Fitted
     gate: Gate
+    rival: Fitted | None
+    """The next likeliest of a tie."""
 
 
 def applicable(runs: Sequence[Run], present: Sequence[str]) -> list[str]:
@@ -137,7 +140,8 @@ def _chain(search: _Search, base: Fitted, names: Sequence[str]) -> tuple[list[_L
                 f"{gate.gain:+.1f} nat, standard error {gate.se:.1f}"
             )
             return links, first, reason
-        links.append(_Link(effect, naming, current, fits[effect], gate))
+        rival = fits[naming.tie[1]] if naming.tie else None
+        links.append(_Link(effect, naming, current, fits[effect], gate, rival))
         current = fits[effect]
         remaining.remove(effect)
         if len(links) == MOST:
@@ -182,7 +186,7 @@ def _unknown(start: Nominal, search: _Search, base: Fitted, links: Sequence[_Lin
     if naming.claims:
         gate = _gate(other, here, found[naming.best])
         if gate.passed:
-            link = _Link(naming.best, naming, here, found[naming.best], gate)
+            link = _Link(naming.best, naming, here, found[naming.best], gate, None)
     alone = found.get(naming.best)
     if links:
         bare = descend(other.train, base.effects, base.point)
@@ -231,10 +235,19 @@ def _result(
         nominal=nominal_,
         steps=tuple(steps),
         held_out=search.held,
-        next_experiment=None,
+        floor=noise_floor(search.whole),
+        next_experiment=_next(search, links),
         stopped_because=stopped,
         seed=search.seed,
     )
+
+
+def _next(search: _Search, links: Sequence[_Link]) -> NextExperiment | None:
+    """What would separate the first tie."""
+    for link in links:
+        if link.rival is not None:
+            return propose(search.whole, link.after, link.rival)
+    return None
 
 
 def _verdict(steps: Sequence[Step], left: MisfitMap, dropped: bool) -> str | tuple[str, ...]:
@@ -267,6 +280,5 @@ def _step(search: _Search, link: _Link, before: Judged, after: Judged) -> Step:
         gate=link.gate,
         before=before,
         after=after,
-        floor=noise_floor(search.whole),
         weakened=undetermined(search.train, link.before, link.after),
     )

@@ -51,15 +51,13 @@ class Step:
     gate: Gate
     before: Judged
     after: Judged
-    floor: Mapping[str, float]
-    """RMS of noise alone in each run's mean readings [the log's unit]."""
     weakened: tuple[str, ...]
     """Parameters that the effect leaves undetermined."""
 
-    def closed(self, run: str) -> float:
-        """Share of a run's squared misfit above the noise that adding the effect removed."""
+    def closed(self, run: str, floor: float) -> float:
+        """Share of a run's squared misfit above the noise floor that adding the effect removed."""
         before, after = (j.checks[run].rmse ** 2 for j in (self.before, self.after))
-        gap = before - self.floor[run] ** 2
+        gap = before - floor**2
         return (before - after) / gap if gap > 0.0 else 0.0
 
 
@@ -89,6 +87,8 @@ class Discovery:
     nominal: Judged
     steps: tuple[Step, ...]
     held_out: tuple[str, ...]
+    floor: Mapping[str, float]
+    """RMS of noise alone in each run's mean readings [the log's unit]."""
     next_experiment: NextExperiment | None
     stopped_because: str
     seed: int
@@ -116,7 +116,8 @@ class Discovery:
             "ties": [list(tie) for tie in self.ties],
             "located": [_window(one) for one in self.located.windows],
             "misfit_p_value": self.located.p_value,
-            "steps": [_step(step, self.held_out) for step in self.steps],
+            "steps": [_step(step, self.held_out, self.floor) for step in self.steps],
+            "noise_floor": dict(self.floor),
             "left": [_window(one) for one in self.final.misfit.windows],
             "next_experiment": None
             if self.next_experiment is None
@@ -171,7 +172,7 @@ def _shown(judged: Judged, runs: list[str]) -> dict[str, Any]:
     }
 
 
-def _step(step: Step, held: tuple[str, ...]) -> dict[str, Any]:
+def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict[str, Any]:
     fitted = [run for run in step.after.checks if run not in held]
     kept = [run for run in step.after.checks if run in held]
     return {
@@ -186,8 +187,7 @@ def _step(step: Step, held: tuple[str, ...]) -> dict[str, Any]:
         "after": _shown(step.after, fitted),
         "held_out": {"before": _shown(step.before, kept), "after": _shown(step.after, kept)},
         "gate": {**asdict(step.gate), "passed": step.gate.passed},
-        "closed": {run: step.closed(run) for run in step.after.checks},
-        "noise_floor": dict(step.floor),
+        "closed": {run: step.closed(run, floor[run]) for run in step.after.checks},
         "undetermined": list(step.weakened),
     }
 

@@ -40,7 +40,7 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
     for tie in found.ties:
         lines += [f"These runs cannot tell apart: {', '.join(tie)}.", ""]
     for step in found.steps:
-        lines += _step(step, found.held_out)
+        lines += _step(step, found)
     lines += ["## What is left", ""]
     left = found.final.misfit
     lines += [
@@ -72,7 +72,7 @@ def _located(found: Discovery) -> list[str]:
     return [*lines, *([f"- and {more} windows more"] if more > 0 else []), ""]
 
 
-def _step(step: Step, held: tuple[str, ...]) -> list[str]:
+def _step(step: Step, found: Discovery) -> list[str]:
     numbers = ", ".join(
         f"{name} {one.mean:.4g} ± {one.sd:.2g} {one.unit}".rstrip()
         for name, one in step.parameters.items()
@@ -88,11 +88,11 @@ def _step(step: Step, held: tuple[str, ...]) -> list[str]:
         "|---|---|---|---|---|---|",
     ]
     for run, check in step.after.checks.items():
-        mark = " (held out)" if run in held else ""
-        before = step.before.checks[run]
+        mark = " (held out)" if run in found.held_out else ""
+        before, floor = step.before.checks[run], found.floor[run]
         lines.append(
-            f"| {run}{mark} | {before.rmse:.3g} | {check.rmse:.3g} | {step.floor[run]:.3g} "
-            f"{check.unit} | {step.closed(run):.0%} | {check.coverage90:.0%} |"
+            f"| {run}{mark} | {before.rmse:.3g} | {check.rmse:.3g} | {floor:.3g} "
+            f"{check.unit} | {step.closed(run, floor):.0%} | {check.coverage90:.0%} |"
         )
     if step.weakened:
         lines += ["", f"No longer determined beside it: {', '.join(step.weakened)}."]

@@ -1,0 +1,72 @@
+"""`muscle-bayes trial`: how often does discovery find what was hidden?"""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+
+
+def trial(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where outcomes and numbers go.")] = Path(
+        "reports/trial"
+    ),
+    single: Annotated[int, typer.Option(min=0, help="Cases with one effect hidden.")] = 60,
+    none: Annotated[int, typer.Option(min=0, help="Cases with nothing hidden.")] = 60,
+    outside: Annotated[int, typer.Option(min=0, help="Cases outside the catalogue.")] = 30,
+    pair: Annotated[int, typer.Option(min=0, help="Cases with two effects hidden.")] = 30,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 2,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Hide effects in synthetic runs of random rigs, search them blind, and count what was found.
+
+    Rigs, true parameters, strengths and noise differ from case to case. Every finished case is kept
+    in DIR, so interrupted work goes on where it stopped.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from muscle_bayes.cli.progress import fit_progress
+    from muscle_bayes.errors import MuscleBayesError
+    from muscle_bayes.parallel.tasks import run_tasks
+    from muscle_bayes.report.style import save
+    from muscle_bayes.report.trial_figure import trial_figure
+    from muscle_bayes.trial.cases import cases
+    from muscle_bayes.trial.counts import counted
+    from muscle_bayes.trial.outcome import trial_tasks
+
+    wanted = {"single": single, "none": none, "outside": outside, "pair": pair}
+    chosen = [one for kind, count in wanted.items() for one in cases(kind, count, seed)]  # type: ignore[arg-type]
+    if not chosen:
+        raise MuscleBayesError("no case was asked for; ask for at least one of any kind")
+    with fit_progress("trial") as report:
+        results = run_tasks(
+            trial_tasks(chosen),
+            out / "cases",
+            address=scheduler,
+            workers=workers,
+            report=lambda done, total: report("cases", done, total),
+        )
+    outcomes = list(results.values())
+    numbers = counted(outcomes)
+    write_json(out / "trial.json", {**numbers, "outcomes": outcomes})
+    save(trial_figure(numbers), out / "trial.png")
+    if json is not None:
+        write_json(json, {**numbers, "outcomes": outcomes})
+    console = Console()
+    table = Table("claim", "wanted", "found", "95 % interval")
+    for one in numbers["rates"]:
+        found = f"{one['hits']} of {one['cases']}"
+        table.add_row(one["what"], one["wanted"], found, f"{one['low']:.0%} to {one['high']:.0%}")
+    console.print(table)
+    matrix = Table("hidden", "said first")
+    for hidden, said in numbers["confusion"].items():
+        matrix.add_row(hidden, ", ".join(f"{name} {n}" for name, n in said.items()))
+    console.print(matrix)
+    console.print(f"expected calibration error {numbers['calibration_error']:.3f}; {out}")

@@ -1,0 +1,218 @@
+"""The next experiment: of the bench's regimes, the one that best separates two explanations."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import cho_factor, cho_solve
+
+from muscle_bayes.bench import regimes
+from muscle_bayes.bench.sequence import Repeat, Stage
+from muscle_bayes.bench.sequence import Sequence as BenchSequence
+from muscle_bayes.bench.sequence_file import to_toml
+from muscle_bayes.discovery.result import NextExperiment
+from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.nested import Nested, explained_at, slope_at
+from muscle_bayes.inference.problem import Lanes
+
+FACTORS = (0.6, 1.0, 1.5)
+"""Loads that are tried, as shares of those of the runs."""
+SETTLED = 12.0
+"""Time for which a setpoint is held before the next, s."""
+NOISE = (".noise", ".discrepancy", ".correlation_time")
+FRESH = {"zero": 2.0, "start": 2.0, "hyst_stretch": 0.05}
+"""Prior standard deviations of what is a new run's own [counts, counts, 1]."""
+COOLED = 1.0
+"""How near the room a cooling muscle comes before a setpoint of the room counts as reached, C."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A regime at some loads."""
+
+    protocol: str
+    loads: tuple[float, ...]
+    """kg"""
+    sequence: BenchSequence
+
+
+@dataclass(frozen=True)
+class Thermal:
+    """How fast the heater was seen to heat and to cool."""
+
+    room: float
+    """C"""
+    heating: float
+    """C/s"""
+    cooling: float
+    """1/s, of the difference to the room."""
+
+
+def thermal_of(nested: Nested) -> Thermal:
+    """From the temperatures of the runs: fastest heating, and the median rate of free cooling."""
+    room, heating, cooling = [], [], []
+    for run in nested.problem.runs:
+        time = run.table["time"].to_numpy()
+        temperature = run.table["temperature_a"].to_numpy()
+        if np.ptp(temperature) < 5.0:
+            continue
+        seconds = np.arange(time[0], time[-1], 2.0)
+        level = np.interp(seconds, time, temperature)
+        rate, place = np.diff(level) / 2.0, 0.5 * (level[1:] + level[:-1])
+        own = run.metadata.fixture.room_temperature
+        room.append(own)
+        heating.append(np.quantile(rate, 0.98))
+        free = (rate < -0.2) & (place > own + 10.0)
+        if free.any():
+            cooling.append(np.median(-rate[free] / (place[free] - own)))
+    if not heating or not cooling:
+        return Thermal(25.0, 1.0, 0.02)
+    return Thermal(float(np.median(room)), float(np.median(heating)), float(np.median(cooling)))
+
+
+def plans(room: float, loads: Sequence[float]) -> Iterator[Plan]:
+    """Staircases and sawtooths, at lighter and heavier loads than those of the runs."""
+    for factor in FACTORS:
+        for load in loads:
+            mass = round(factor * load, 3)
+            yield Plan("staircase", (mass,), regimes.staircase(room, (mass,), cycles=2))
+            yield Plan("sawtooth", (mass,), regimes.sawtooth(room, (mass,)))
+
+
+def course(plan: Plan, thermal: Thermal, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and temperatures [C] at `size` + 1 even nodes over the logged part of a plan."""
+    times, levels = [0.0], [thermal.room]
+    for stage in _logged(plan.sequence.run[0].stage):
+        goal = thermal.room if stage.setpoint_a is None else max(stage.setpoint_a, thermal.room)
+        here = levels[-1]
+        if goal > here:
+            duration = (goal - here) / thermal.heating
+            times.append(times[-1] + duration)
+            levels.append(goal)
+        elif here > goal + COOLED:
+            gap = max(goal - thermal.room, COOLED)
+            duration = np.log((here - thermal.room) / gap) / thermal.cooling
+            steps = np.linspace(0.0, duration, 12)[1:]
+            times += list(times[-1] + steps)
+            fall = np.exp(-thermal.cooling * steps)
+            levels += list(thermal.room + (here - thermal.room) * fall)
+        hold = stage.duration if stage.duration is not None else SETTLED + stage.wait
+        times.append(times[-1] + hold)
+        levels.append(levels[-1])
+    nodes = np.linspace(0.0, times[-1], size + 1)
+    return nodes, np.interp(nodes, times, levels)
+
+
+def _logged(blocks: Sequence[Stage | Repeat]) -> Iterator[Stage]:
+    for block in blocks:
+        for _ in range(block.repeat if isinstance(block, Repeat) else 1):
+            stages = block.stages if isinstance(block, Repeat) else (block,)
+            yield from (stage for stage in stages if stage.logged)
+
+
+def propose(nested: Nested, first: Fitted, second: Fitted) -> NextExperiment | None:
+    """The plan for which the readings that two fitted models expect differ most, for what is known.
+
+    Expected log odds of the first if it is true: d' (V + S C S')^-1 d / 2, with d the difference of
+    readings, V their noise, S the first model's slopes and C its posterior covariance: what present
+    parameters could still absorb does not count. None where no run has a muscle.
+    """
+    group = next(
+        (
+            index
+            for index, regime in enumerate(nested.layout.regimes)
+            if regime == "slow" and nested.data.lanes[index].fine is None
+        ),
+        None,
+    )
+    if group is None:
+        return None
+    lanes = nested.data.lanes[group]
+    thermal = thermal_of(nested)
+    loads = sorted({float(np.asarray(load)[0]) for load in lanes.schedule.load})
+    every = list(plans(thermal.room, loads))
+    per_pass = int(lanes.time.shape[0])
+    scores: list[float] = []
+    for begin in range(0, len(every), per_pass):
+        part = every[begin : begin + per_pass]
+        scores += list(_information(nested, group, part, thermal, first, second))
+    best = int(np.nanargmax(scores))
+    plan = every[best]
+    names = (first.effects[-1:] or ("none",)) + (second.effects[-1:] or ("none",))
+    head = f"To tell {names[0]} from {names[1]}: expected log odds {scores[best]:.1f} nat."
+    return NextExperiment(
+        plan.protocol, plan.loads, names, float(scores[best]), to_toml(plan.sequence, head)
+    )
+
+
+def _information(
+    nested: Nested,
+    group: int,
+    part: Sequence[Plan],
+    thermal: Thermal,
+    first: Fitted,
+    second: Fitted,
+) -> Float[np.ndarray, " plan"]:
+    lanes = nested.data.lanes[group]
+    imagined = _imagined(lanes, part, thermal)
+    every = list(nested.data.lanes)
+    every[group] = imagined
+    data = nested.data._replace(lanes=tuple(every))
+    layout = nested.layout
+    names = nested.shared_names()
+    rival = second.point.copy()
+    for index, name in enumerate(names):
+        if name.endswith(NOISE):
+            rival[index] = first.point[index]
+    one, two = (
+        explained_at(jnp.asarray(point), x.choice, layout, data).fits[group].errors
+        for point, x in ((first.point, first), (rival, second))
+    )
+    difference = np.asarray(one - two)
+    slopes = np.asarray(
+        slope_at(jnp.asarray(first.point), first.choice, layout, data).errors[group]
+    )
+    known = cho_solve(cho_factor(first.information), np.eye(first.used))
+    for index, name in enumerate(names):
+        # A new run has a zero, a start and a HYST of its own.
+        known[index, index] += FRESH.get(name.split(".")[-1].partition("[")[0], 0.0) ** 2
+    precision = np.linalg.inv(known)
+    found = []
+    for lane in range(len(part)):
+        d, s = difference[lane], slopes[: first.used, lane].T
+        absorbed = np.linalg.solve(precision + s.T @ s, s.T @ d)
+        found.append(0.5 * float(d @ d - d @ s @ absorbed))
+    return np.array(found)
+
+
+def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
+    """The lanes with the plans' courses in place of their own, readings as dense as theirs."""
+    count, size = lanes.time.shape
+    fields = {key: [] for key in ("time", "temperature", "load")}
+    per_second = float(jnp.median(lanes.weight.sum(axis=1) / lanes.schedule.time[:, -1]))
+    for lane in range(count):
+        plan = part[min(lane, len(part) - 1)]
+        nodes, level = course(plan, thermal, size)
+        fields["time"].append(nodes)
+        fields["temperature"].append(np.stack([level, np.full_like(level, thermal.room)], 1))
+        fields["load"].append(np.full(size, plan.loads[0]))
+    nodes = np.stack(fields["time"])
+    schedule = lanes.schedule._replace(
+        time=jnp.asarray(nodes),
+        temperature=jnp.asarray(np.stack(fields["temperature"])),
+        load=jnp.asarray(np.stack(fields["load"])),
+        applied=jnp.zeros_like(lanes.schedule.applied),
+        braking=jnp.zeros_like(lanes.schedule.braking),
+    )
+    weight = jnp.asarray(per_second * np.diff(nodes, axis=1))
+    return lanes._replace(
+        schedule=schedule,
+        time=jnp.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1])),
+        weight=weight,
+        coarse=jnp.full_like(lanes.coarse, 1.0 / 12.0) / jnp.maximum(weight, 1.0),
+    )
+
+
+__all__ = ["Plan", "Thermal", "course", "plans", "propose", "thermal_of"]

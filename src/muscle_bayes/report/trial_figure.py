@@ -1,0 +1,51 @@
+"""What a trial of discovery counted."""
+
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
+
+
+def trial_figure(numbers: dict[str, Any]) -> Figure:
+    """Confusion matrix, and how often statements of a probability were true."""
+    table = numbers["confusion"]
+    said = sorted({name for row in table.values() for name in row})
+    hidden = list(table)
+    with quiet_style():
+        fig = Figure(figsize=(11.0, 1.8 + 0.32 * max(len(hidden), 8)))
+        left, right = fig.subplots(1, 2, width_ratios=[1.6, 1.0])
+        for row, name in enumerate(hidden):
+            total = sum(table[name].values())
+            for column, answer in enumerate(said):
+                count = table[name].get(answer, 0)
+                if count:
+                    left.add_patch(_cell(column, row, count / total))
+                    left.text(column, row, str(count), ha="center", va="center", fontsize=8)
+        left.set(xlim=(-0.6, len(said) - 0.4), ylim=(len(hidden) - 0.4, -0.6))
+        left.set_xticks(range(len(said)), said, rotation=60, ha="right")
+        left.set_yticks(range(len(hidden)), hidden)
+        left.set_title("hidden (rows), said first (columns): number of cases")
+        right.plot([0, 1], [0, 1], color=GREY, linestyle="--", linewidth=1.0)
+        for one in numbers["reliability"]:
+            right.plot(one["said"], one["true"], "o", color=BLUE)
+            right.annotate(
+                f"{one['statements']}",
+                (one["said"], one["true"]),
+                xytext=(5, -9),
+                textcoords="offset points",
+                color=BLACK,
+                fontsize=8,
+            )
+        right.set(xlim=(0, 1.05), ylim=(0, 1.05), xlabel="probability given", ylabel="share true")
+        right.set_title(f"calibration error {numbers['calibration_error']:.3f}")
+        fig.suptitle(
+            f"Trial of discovery on {numbers['cases']} SYNTHETIC data sets", x=0.01, ha="left"
+        )
+    return fig
+
+
+def _cell(column: int, row: int, share: float):
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, color=BLUE, alpha=0.15 + 0.5 * share)

@@ -1,0 +1,1 @@
+"""Trials of discovery: effects hidden in twin data of random rigs, found blind, and counted."""

@@ -1,0 +1,134 @@
+"""Confusion matrix, rates with intervals, and reliability of the probabilities of a trial."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import beta
+
+from muscle_bayes.discovery.naming import NONE, UNKNOWN
+
+DETECTABLE = 0.5
+"""Least excess misfit, in the noise of a reading, of a case that counts as detectable."""
+CLOSE = 1.2
+"""Largest RMSE of held-out readings, in their noise, that counts as explained."""
+BINS = 5
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Successes among cases, with a 95 % interval (Clopper and Pearson)."""
+
+    what: str
+    wanted: str
+    hits: int
+    cases: int
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, what: str, wanted: str, outcomes: Sequence[bool]) -> "Rate":
+        hits, cases = int(sum(outcomes)), len(outcomes)
+        low = beta.ppf(0.025, hits, cases - hits + 1) if hits else 0.0
+        high = beta.ppf(0.975, hits + 1, cases - hits) if hits < cases else 1.0
+        return cls(what, wanted, hits, cases, float(low), float(high))
+
+    @property
+    def share(self) -> float:
+        return self.hits / self.cases if self.cases else float("nan")
+
+
+def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
+    """The trial's claims, each over the cases it is about."""
+    seen = [one for one in outcomes if one["excess"] >= DETECTABLE]
+    single = [one for one in seen if one["kind"] == "single"]
+    outside = [one for one in seen if one["kind"] == "outside"]
+    none = [one for one in outcomes if one["kind"] == "none"]
+    pairs = [one for one in seen if one["kind"] == "pair"]
+    return [
+        Rate.of("single: named first, or in its tie", ">= 90 %", [_named(one) for one in single]),
+        Rate.of("single: named alone", ">= 80 %", [_alone(one) for one in single]),
+        Rate.of("none: something claimed", "<= 5 %", [one["verdict"] != [NONE] for one in none]),
+        Rate.of("outside: unknown", ">= 80 %", [_unnamed(one) for one in outside]),
+        Rate.of("outside: right port", ">= 60 %", [one["port"] in one["ports"] for one in outside]),
+        Rate.of(
+            "single: held-out RMSE within 1.2 of the noise",
+            ">= 90 %",
+            [one["held_out"] <= CLOSE for one in single],
+        ),
+        Rate.of(
+            "pairs: both found",
+            ">= 70 %",
+            [set(one["hidden"]) <= set(one["verdict"]) for one in pairs],
+        ),
+    ]
+
+
+def _named(one: Mapping[str, Any]) -> bool:
+    return one["verdict"][0] in one["hidden"] or bool(set(one["tie"]) & set(one["hidden"]))
+
+
+def _alone(one: Mapping[str, Any]) -> bool:
+    return one["verdict"] == list(one["hidden"]) and not one["tie"]
+
+
+def _unnamed(one: Mapping[str, Any]) -> bool:
+    """Called unknown, and no wrong name held likelier than not."""
+    named = max(p for name, p in one["probabilities"].items() if name not in (NONE, UNKNOWN))
+    return UNKNOWN in one["verdict"] and named <= 0.5
+
+
+def confusion(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+    """What was said first, counted by what was hidden; of detectable cases and of none."""
+    table: dict[str, Counter[str]] = {}
+    for one in outcomes:
+        if one["kind"] in ("single", "outside") and one["excess"] >= DETECTABLE:
+            table.setdefault(one["hidden"][0], Counter())[one["verdict"][0]] += 1
+        elif one["kind"] == "none":
+            table.setdefault("nothing", Counter())[one["verdict"][0]] += 1
+    return {hidden: dict(found) for hidden, found in sorted(table.items())}
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Statements of similar probability, and how many were true."""
+
+    said: float
+    true: float
+    statements: int
+
+
+def reliability(outcomes: Sequence[Mapping[str, Any]]) -> tuple[list[Bin], float]:
+    """How often statements came true, by the probability given to them; expected calibration error.
+
+    A statement is the likeliest answer of a case: an effect, none or unknown.
+    """
+    said, true = [], []
+    for one in outcomes:
+        answer = max(one["probabilities"], key=lambda name: one["probabilities"][name])
+        truth = {"none": [NONE], "outside": [UNKNOWN]}.get(one["kind"], one["hidden"])
+        said.append(one["probabilities"][answer])
+        true.append(answer in truth)
+    said, true = np.array(said), np.array(true, float)
+    owner = np.minimum((said * BINS).astype(int), BINS - 1)
+    found = [
+        Bin(float(said[owner == k].mean()), float(true[owner == k].mean()), int((owner == k).sum()))
+        for k in range(BINS)
+        if np.any(owner == k)
+    ]
+    error = sum(abs(one.said - one.true) * one.statements for one in found) / max(len(said), 1)
+    return found, float(error)
+
+
+def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """All numbers of a trial, as JSON takes them."""
+    bins, error = reliability(outcomes)
+    return {
+        "cases": len(outcomes),
+        "rates": [{**asdict(one), "share": one.share} for one in rates(outcomes) if one.cases],
+        "confusion": confusion(outcomes),
+        "reliability": [asdict(one) for one in bins],
+        "calibration_error": error,
+    }

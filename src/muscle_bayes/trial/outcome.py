@@ -1,0 +1,72 @@
+"""One case of a trial: made, searched blind, and judged."""
+
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muscle_bayes.data import read_runs
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.discovery.discover import discover
+from muscle_bayes.discovery.locate import noise_of_reading
+from muscle_bayes.discovery.result import Discovery, Judged
+from muscle_bayes.inference.assemble import LIBRARIES
+from muscle_bayes.parallel.tasks import Tasks
+from muscle_bayes.provenance import source_checksum
+from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
+from muscle_bayes.trial.outside import OUTSIDE
+
+LAYERS = ("physics", "data", "inference", "criticism", "discovery", "twin", "trial")
+
+
+def run_case(case: Case) -> dict[str, Any]:
+    """Make the case's runs, search them by what their files say alone, and say what came out."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, run in data_set(case).items():
+            write_run(Path(folder), name, run.log, run.metadata)
+        runs = read_runs([Path(folder)])
+        found = discover(runs, hold_out=[HELD_OUT], seed=case.seed)
+    noise = {run.name: noise_of_reading(run) for run in runs}
+    verdict = found.verdict
+    return {
+        "kind": case.kind,
+        "hidden": list(case.hidden),
+        "port": OUTSIDE[case.hidden[0]].port if case.kind == "outside" else None,
+        "seed": case.seed,
+        "verdict": [verdict] if isinstance(verdict, str) else list(verdict),
+        "probabilities": dict(found.probabilities),
+        "tie": list(found.steps[0].tie) if found.steps else [],
+        "ports": [step.port for step in found.steps],
+        "excess": excess(found, noise),
+        "held_out": held_out_ratio(found.final, noise[HELD_OUT], found),
+        "misfit_p_value": found.located.p_value,
+        "left_p_value": found.final.misfit.p_value,
+    }
+
+
+def excess(found: Discovery, noise: dict[str, float]) -> float:
+    """Largest misfit of the nominal model in any fitted run, above the noise of means, in the noise
+    of a reading: at least 0.5 counts as detectable."""
+    ratios = [
+        np.sqrt(max(np.mean(line.residual**2) - found.floor[line.run] ** 2, 0.0)) / noise[line.run]
+        for line in found.located.traces
+        if line.run not in found.held_out
+    ]
+    return float(max(ratios))
+
+
+def held_out_ratio(judged: Judged, noise: float, found: Discovery) -> float:
+    """RMSE of single held-out readings over their noise.
+
+    Means of many readings show the model's error e alone; of a single one it is sqrt(noise^2 + e^2).
+    """
+    error = max(judged.checks[HELD_OUT].rmse ** 2 - found.floor[HELD_OUT] ** 2, 0.0)
+    return float(np.sqrt(noise**2 + error) / noise)
+
+
+def trial_tasks(chosen: list[Case]) -> Tasks:
+    """A task for each case; kept results count only for the same code and libraries."""
+    inputs = {"code": source_checksum(*LAYERS), **{name: version(name) for name in LIBRARIES}}
+    return Tasks(run_case, {case.name: (case,) for case in chosen}, inputs)
