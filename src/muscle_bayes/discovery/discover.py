@@ -49,7 +49,7 @@ class _Search:
 
     def over(self, nested: Nested) -> "_Search":
         """The same search in another nested model."""
-        return replace(self, whole=nested, train=Nested(without_runs(nested.problem, self.held)))
+        return replace(self, whole=nested, train=nested.on(without_runs(nested.problem, self.held)))
 
 
 @dataclass(frozen=True)

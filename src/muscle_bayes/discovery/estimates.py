@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.discovery.judged import laplace_draws
-from muscle_bayes.discovery.locate import noise_of_reading
 from muscle_bayes.discovery.result import Estimate
+from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested, values_at
 

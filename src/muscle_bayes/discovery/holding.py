@@ -36,4 +36,4 @@ def without_blocks(
         hidden = jnp.asarray(np.isin(own, list(chosen)))
         lanes.append(group._replace(weight=jnp.where(hidden, 0.0, group.weight)))
     problem = nested.problem
-    return Nested(replace(problem, data=problem.data._replace(lanes=tuple(lanes))))
+    return nested.on(replace(problem, data=problem.data._replace(lanes=tuple(lanes))))

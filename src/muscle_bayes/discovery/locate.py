@@ -7,15 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
-from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.describe import where
+from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 
-TOLERATED = 0.25
-"""Lasting misfit that counts as none, in standard deviations of a reading's noise: interpolated
-thermometer readings and a rotor without inertia are wrong by as much."""
 TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
 """How long it lasts, s."""
 SETTLING = 30.0
@@ -67,33 +64,14 @@ class MisfitMap:
         return self.p_value < SIGNIFICANT
 
 
-def noise_of_reading(run: Run) -> float:
-    """White noise of one reading besides rounding [the log's unit], from third differences.
-
-    A reading's third difference has 20 times its variance; the largest hundredth is left out, for
-    there the rotor jumps. What rounding adds, a twelfth of the squared resolution, is taken off.
-    """
-    third = np.abs(np.diff(run.table["reading"].to_numpy(), 3))
-    kept = third[third <= np.quantile(third, 0.99)] if third.size else np.zeros(1)
-    variance = np.mean(kept**2) / 20.0
-    rounding = run.sensor.resolution**2 / 12.0
-    return float(np.sqrt(max(variance - rounding, 0.04 * rounding, 1e-24)))
-
-
 def without_misfit(nested: Nested, fitted: Fitted) -> Fitted:
     """The same model fitted anew as if readings had nothing but noise, and a tolerated misfit."""
     names = nested.shared_names()
     values, held = {}, []
-    for regime in set(nested.layout.regimes):
-        owners = {
-            i
-            for lanes, kind in zip(nested.problem.lane_runs, nested.layout.regimes, strict=True)
-            if kind == regime
-            for i in lanes
-        }
-        level = float(np.median([noise_of_reading(nested.problem.runs[i]) for i in owners]))
+    for regime, level in noise_by_regime(nested.problem).items():
         values[f"{regime}.noise"] = level
-        values[f"{regime}.discrepancy"] = TOLERATED * level
+        # What is tolerated is in the model already.
+        values[f"{regime}.discrepancy"] = 1e-3 * level
         values[f"{regime}.correlation_time"] = TOLERATED_TIME[regime]
     point = fitted.point.copy()
     for name, value in values.items():

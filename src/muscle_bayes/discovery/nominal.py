@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.holding import without_runs
+from muscle_bayes.discovery.tolerance import tolerated
 from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import Mode, find_mode, refine
@@ -20,6 +21,8 @@ from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.record import is_slow
 from muscle_bayes.inference.reduction import solved_adequately
+from muscle_bayes.physics.effect import MUSCLE_PORTS
+from muscle_bayes.physics.effects import effect_type
 
 FIXTURE_SPREAD = 0.3
 """Standard deviation of log J and log D that runs without a muscle give to the search with one: more
@@ -72,9 +75,6 @@ def _improved(problem: Problem, mode: Mode) -> Nominal:
 
 def acts_on_rotor(effect: str) -> bool:
     """Whether an effect acts without a muscle as well."""
-    from muscle_bayes.physics.effect import MUSCLE_PORTS
-    from muscle_bayes.physics.effects import effect_type
-
     return effect_type(effect).port not in MUSCLE_PORTS
 
 
@@ -103,6 +103,6 @@ def nest(start: Nominal, candidates: Sequence[str]) -> tuple[Nested, Float[np.nd
     whole = replace(
         posed, layout=layout, data=data, lane_runs=problem.lane_runs, reduction=problem.reduction
     )
-    nested = Nested(whole)
+    nested = Nested(whole, tolerated(whole))
     values = constrain(start.mode.vector, problem.layout, problem.data)
     return nested, nested.point(values, kept)

@@ -1,7 +1,7 @@
 """One model that holds every candidate effect: each candidate is the same program, others off."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -45,7 +45,7 @@ class Choice(NamedTuple):
     leaf: Int[Array, " slot"]
     """Leaf of the plant's parameters that each slot moves; their number where it is not used."""
     constants: dict[str, Float[Array, ""]]
-    """Signals and ranges of the functions."""
+    """Signals and ranges of the functions; each regime's least discrepancy, as `REGIME.least`."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,13 @@ class Nested:
     """
 
     problem: Problem
+    least: Mapping[str, float] = field(default_factory=dict)
+    """Of each regime, the size of a lasting discrepancy that is always allowed [log's unit]: an effect
+    that explains less says nothing about the plant."""
+
+    def on(self, problem: Problem) -> "Nested":
+        """The same model on other data."""
+        return replace(self, problem=problem)
 
     @property
     def layout(self) -> Layout:
@@ -84,8 +91,14 @@ class Nested:
             on=jnp.array([float(name in acting) for name in layout.effects]),
             slot=jnp.array([position[name] for name in names] + [size] * unused, jnp.int32),
             leaf=jnp.array([leaves[name] for name in names] + [count] * unused, jnp.int32),
-            constants=_constants(layout, effects),
+            constants=_constants(layout, effects) | self._least(),
         )
+
+    def _least(self) -> dict[str, Array]:
+        return {
+            f"{regime}.least": jnp.asarray(float(self.least.get(regime, 0.0)))
+            for regime in sorted(set(self.layout.regimes))
+        }
 
     def slots_of(self, effects: Sequence[str]) -> list[str]:
         """Names of the quantities in the slots of `choice(effects)` that are used."""
@@ -195,6 +208,9 @@ def values_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: D
         for key, parameter in effect_type(name).parameters.items():
             acting = choice.on[index] > 0.5
             values[f"{name}.{key}"] = jnp.where(acting, values[f"{name}.{key}"], parameter.off)
+    for regime in set(layout.regimes):
+        least = choice.constants[f"{regime}.least"]
+        values[f"{regime}.discrepancy"] = jnp.hypot(values[f"{regime}.discrepancy"], least)
     return values | choice.constants
 
 

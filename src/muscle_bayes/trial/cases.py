@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields, replace
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -58,12 +58,13 @@ class Case:
 def cases(kind: Kind, count: int, seed: int) -> list[Case]:
     """`count` cases of a kind: every effect, or pair, about as often as any other."""
     rng = np.random.default_rng((seed, KINDS.index(kind)))
-    choices: list[tuple[str, ...]] = {
+    hidden: dict[Kind, list[tuple[str, ...]]] = {
         "none": [()],
         "single": [(name,) for name in EFFECTS],
         "outside": [(name,) for name in OUTSIDE],
         "pair": list(combinations(EFFECTS, 2)),
-    }[kind]
+    }
+    choices = hidden[kind]
     order = list(rng.permutation(len(choices)))
     picked = [choices[order[index % len(choices)]] for index in range(count)]
     return [Case(kind, hidden, 1000 * seed + index) for index, hidden in enumerate(picked)]
@@ -71,7 +72,7 @@ def cases(kind: Kind, count: int, seed: int) -> list[Case]:
 
 def _effect(name: str, rng: np.random.Generator) -> Effect:
     kind = EFFECTS.get(name) or OUTSIDE[name]
-    parameters = {field.name: field.default for field in fields(kind)}
+    parameters: dict[str, Any] = {field.name: field.default for field in fields(kind)}
     chosen = SIZES.get(name, "size" if "size" in parameters else next(iter(parameters)))
     factor = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
     return kind(**{chosen: factor * float(parameters[chosen])})

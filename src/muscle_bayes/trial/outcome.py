@@ -10,8 +10,8 @@ import numpy as np
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
-from muscle_bayes.discovery.locate import noise_of_reading
 from muscle_bayes.discovery.result import Discovery, Judged
+from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.inference.assemble import LIBRARIES
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.provenance import source_checksum

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpyro.distributions as dist
@@ -95,8 +95,8 @@ def any_function(port: Port) -> type[AnyFunction]:
     """The class of AnyFunction on `port`."""
     constants = {f"w_{signal}": _constant(0.0) for signal in SIGNALS}
     constants |= {"low": _constant(0.0), "high": _constant(1.0)}
-    fields = {"name": f"{PREFIX}-{port}", "port": port, "__module__": __name__}
-    fields["parameters"] = _coefficients(port) | constants
+    fields: dict[str, Any] = {"name": f"{PREFIX}-{port}", "port": port, "__module__": __name__}
+    fields |= {"parameters": _coefficients(port) | constants}
     return type(f"Any{port.title()}Function", (AnyFunction,), fields)
 
 
@@ -136,7 +136,13 @@ def function_type(name: str) -> type[Function]:
             f"effect '{name}' is no function; write {PREFIX}-PORT(SIGNAL:LOW:HIGH) with a port of "
             f"{', '.join(PORT_SIGNALS)} and a signal of {', '.join(SIGNALS)}"
         )
-    fields = {"name": name, "port": port, "signal": signal, "low": low, "high": high}
+    fields: dict[str, Any] = {
+        "name": name,
+        "port": port,
+        "signal": signal,
+        "low": low,
+        "high": high,
+    }
     fields |= {"parameters": _coefficients(port), "__module__": __name__}
     return type(f"{port.title()}Of{signal.title()}", (Function,), fields)
 
