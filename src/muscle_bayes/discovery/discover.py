@@ -268,12 +268,12 @@ def _judged(search: _Search, fitted: Fitted, misfit: MisfitMap) -> Judged:
 
 def _step(search: _Search, link: _Link, before: Judged, after: Judged) -> Step:
     unnamed = link.effect.startswith(f"{PREFIX}-")
-    kind = function_type(link.effect) if unnamed else effect_type(link.effect)
+    signals = (function_type(link.effect).signal,) if unnamed else ()
     return Step(
         added=UNKNOWN if unnamed else link.effect,
         effect=link.effect,
-        port=kind.port,
-        signals=(kind.signal,) if unnamed else (),
+        port=effect_type(link.effect).port,
+        signals=signals,
         probability=link.naming.probabilities[link.effect],
         tie=link.naming.tie,
         parameters=estimates(search.train, link.after, link.effect, search.seed),

@@ -1,5 +1,7 @@
 """What a fitted point predicts of every run, with the uncertainty of its parameters."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -59,7 +61,7 @@ def predictions(nested: Nested, fitted: Fitted, seed: int) -> list[Prediction]:
     result = []
     for owner in sorted(parts):
         run = problem.runs[owner]
-        joined = {
+        joined: dict[str, Any] = {
             key: np.concatenate([part[key] for part in parts[owner]], axis=-1)
             for key in parts[owner][0]
         }

@@ -190,7 +190,7 @@ def _information(
 def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
     """The lanes with the plans' courses in place of their own, readings as dense as theirs."""
     count, size = lanes.time.shape
-    fields = {key: [] for key in ("time", "temperature", "load")}
+    fields: dict[str, list[np.ndarray]] = {key: [] for key in ("time", "temperature", "load")}
     per_second = float(jnp.median(lanes.weight.sum(axis=1) / lanes.schedule.time[:, -1]))
     for lane in range(count):
         plan = part[min(lane, len(part) - 1)]

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
@@ -62,7 +63,7 @@ def nominal(
     second = without_runs(pose(parts[1], friction, effects, known), hold_out)
     found = find_mode(key, second.layout, second.data)
     both = values | _referred(constrain(found.vector, second.layout, second.data), second, problem)
-    start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, np.zeros((0, 0)), 0)
+    start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, jnp.zeros((0, 0)), 0)
     return _improved(problem, refine(start, seen.layout, seen.data))
 
 

@@ -281,8 +281,8 @@ def motions_at(
 ) -> list[Motion]:
     """Motions of every lane, one entry a group."""
     values = values_at(point, choice, layout, data)
-    leaves, shape = jax.tree.flatten(physical_of(values, layout, data))
-    leaves = jnp.stack([jnp.asarray(leaf, float) for leaf in leaves])
+    parts, shape = jax.tree.flatten(physical_of(values, layout, data))
+    leaves = jnp.stack([jnp.asarray(leaf, float) for leaf in parts])
     index = jnp.concatenate([_shared_leaves(layout), choice.leaf])
     moving = leaves.at[index].get(mode="fill", fill_value=0.0)
     fixed = jax.lax.stop_gradient(leaves)

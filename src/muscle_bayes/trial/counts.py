@@ -111,10 +111,10 @@ def reliability(outcomes: Sequence[Mapping[str, Any]]) -> tuple[list[Bin], float
         truth = {"none": [NONE], "outside": [UNKNOWN]}.get(one["kind"], one["hidden"])
         said.append(one["probabilities"][answer])
         true.append(answer in truth)
-    said, true = np.array(said), np.array(true, float)
-    owner = np.minimum((said * BINS).astype(int), BINS - 1)
+    given, came = np.array(said, float), np.array(true, float)
+    owner = np.minimum((given * BINS).astype(int), BINS - 1)
     found = [
-        Bin(float(said[owner == k].mean()), float(true[owner == k].mean()), int((owner == k).sum()))
+        Bin(float(given[owner == k].mean()), float(came[owner == k].mean()), int((owner == k).sum()))
         for k in range(BINS)
         if np.any(owner == k)
     ]

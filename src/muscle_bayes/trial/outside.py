@@ -7,8 +7,14 @@ from typing import ClassVar
 from muscle_bayes.twin import Effect
 
 
+class Outside(Effect):
+    """An effect and the port that discovery should name."""
+
+    port: ClassVar[str]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Detent(Effect):
+class Detent(Outside):
     """A torque that pulls towards an angle, such as a magnet's: -depth sin(waves (theta - at)) ."""
 
     name: ClassVar[str] = "detent"
@@ -22,7 +28,7 @@ class Detent(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OneWayFriction(Effect):
+class OneWayFriction(Outside):
     """Friction that is larger one way: -level where the rotor turns up, as a ratchet's pawl."""
 
     name: ClassVar[str] = "one-way-friction"
@@ -34,7 +40,7 @@ class OneWayFriction(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GlassTransition(Effect):
+class GlassTransition(Outside):
     """Strain gained about a temperature: size / (1 + exp(-(T - at) / width))."""
 
     name: ClassVar[str] = "glass-transition"
@@ -48,7 +54,7 @@ class GlassTransition(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DamperPeak(Effect):
+class DamperPeak(Outside):
     """HYST's damper is stiffer about one temperature: times 1 + size exp(-((T - at) / width)^2)."""
 
     name: ClassVar[str] = "damper-peak"
@@ -64,7 +70,7 @@ class DamperPeak(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WiperRipple(Effect):
+class WiperRipple(Outside):
     """The potentiometer's wiper ripples: angle + size sin(waves angle)."""
 
     name: ClassVar[str] = "wiper-ripple"
@@ -77,7 +83,7 @@ class WiperRipple(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tether(Effect):
+class Tether(Outside):
     """A strand beside the muscle that pulls in a middle range of strains only, as if it snagged."""
 
     name: ClassVar[str] = "tether"
@@ -90,7 +96,7 @@ class Tether(Effect):
         return self.size * math.exp(-(((strain - self.at) / self.width) ** 2))
 
 
-OUTSIDE: dict[str, type[Effect]] = {
+OUTSIDE: dict[str, type[Outside]] = {
     kind.name: kind
     for kind in (Detent, OneWayFriction, GlassTransition, DamperPeak, WiperRipple, Tether)
 }
