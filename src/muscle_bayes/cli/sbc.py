@@ -27,6 +27,14 @@ def sbc(
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
     given: GivenOption = None,
+    after: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="RUN",
+            help="Run whose readings stay: parameters are drawn from the posterior of these, "
+            "not from the prior. Can be given several times.",
+        ),
+    ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
@@ -38,39 +46,50 @@ def sbc(
     """Simulation-based calibration: fit data sets drawn from prior and likelihood.
 
     The truth of each must rank uniformly among the draws of its posterior, in every quantity: tested
-    by chi-square, corrected by Bonferroni. Every finished data set is kept in DIR, so interrupted
+    by chi-square, corrected by Bonferroni. With --after, parameters are drawn from what those runs
+    tell, not from the prior, and ranked in the posterior of both (posterior SBC): for priors so wide
+    that few of their draws resemble the rig. Every finished data set is kept in DIR, so interrupted
     work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
     """
     from rich.console import Console
 
     from muscle_bayes.cli.progress import fit_progress
-    from muscle_bayes.criticism.sbc import Calibration, Template, calibration_tasks
+    from muscle_bayes.criticism.replicates import Template
+    from muscle_bayes.criticism.sbc import Calibration, calibration_tasks, known_tasks
+    from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.parallel.tasks import run_tasks
     from muscle_bayes.report.calibration_figure import calibration_figure
     from muscle_bayes.report.style import save
 
-    paths = tuple(path.resolve() for path in runs)
-    known = None if given is None else given.resolve()
-    template = Template(paths, friction.value, tuple(effect or ()), known)
-    tasks = calibration_tasks(template, sets, seed)
+    paths, kept = (tuple(path.resolve() for path in some) for some in (runs, after or ()))
+    source = None if given is None else given.resolve()
+    template = Template(paths, friction.value, tuple(effect or ()), source, kept)
     with fit_progress(out.name) as report:
+        known = None
+        for found in run_tasks(known_tasks(template, seed), out / "sets", workers=1).values():
+            if not found["converged"]:
+                raise MuscleBayesError(
+                    "the posterior of the runs that stay (--after) did not converge, so no "
+                    "parameters can be drawn from it. Mend: keep other or more runs."
+                )
+            known = found["vectors"]
         results = run_tasks(
-            tasks,
+            calibration_tasks(template, sets, seed, known),
             out / "sets",
             address=scheduler,
             workers=workers,
             report=lambda done, total: report("data sets", done, total),
         )
-    found = Calibration.of(list(results.values()))
-    save(calibration_figure(found, out.name), out / "ranks.png")
-    numbers = found.as_dict()
+    calibration = Calibration.of(list(results.values()), template.source)
+    save(calibration_figure(calibration, out.name), out / "ranks.png")
+    numbers = calibration.as_dict()
     write_json(out / "calibration.json", numbers)
     if json is not None:
         write_json(json, numbers)
-    name, chance = found.smallest()
+    name, chance = calibration.smallest()
     console = Console()
     console.print(
-        f"{found.sets} data sets, {found.converged} converged; least uniform: {name}, "
+        f"{calibration.sets} data sets, {calibration.converged} converged; least uniform: {name}, "
         f"p = {chance:.3g} after correction ({out / 'ranks.png'})"
     )
     if chance < LEAST_CHANCE:
