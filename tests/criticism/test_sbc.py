@@ -8,13 +8,11 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
-from muscle_bayes.criticism.replicates import Template, replicate, unread
+from muscle_bayes.criticism.replicates import Template, replicate
 from muscle_bayes.criticism.sbc import RANKS, Calibration, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.bend_hyst import starts
 from muscle_bayes.inference.density import lane_fits, log_prior
 from muscle_bayes.inference.prior_draws import prior_draws
-from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import potential_at, unconstrained
 from muscle_bayes.report.calibration_figure import calibration_figure
 
@@ -48,7 +46,7 @@ def test_replicates_are_draws_of_the_likelihood() -> None:
         problem = SPRINGS.problem()
         errors = []
         for seed in range(12):
-            values, drawn = replicate(SPRINGS, problem, seed)
+            values, drawn = replicate(problem, seed)
             fits = jax.jit(lane_fits, static_argnames="layout")(
                 values, layout=drawn.layout, data=drawn.data
             )
@@ -69,44 +67,33 @@ def test_a_data_set_is_ranked_in_every_quantity() -> None:
     assert all(0 <= rank <= RANKS for rank in ranked["ranks"].values())
 
 
-@pytest.mark.parametrize("known", [None, "given"])
-def test_runs_that_stay_keep_their_readings(known: str | None) -> None:
+def test_a_calibration_about_measured_runs_keeps_their_readings_and_redraws_at_a_known_draw() -> (
+    None
+):
     with jax.enable_x64(True):
-        template = Template((DATA / "spring-3.csv",), after=(DATA / "spring-1.csv",))
-        problem = template.problem()
-        vectors = None
-        if known is not None:
-            # One point, so that what is drawn must be it.
-            draws = prior_draws(jax.random.key(1), 1, problem.layout, problem.data)
-            vectors = np.asarray(unconstrained(draws, problem.layout, problem.data))
-        values, drawn = replicate(template, problem, 5, vectors)
-        (before,), (after,) = problem.data.lanes, drawn.data.lanes
-        (redrawn,) = template.redrawn(problem)
-        assert [problem.runs[i].name for i in problem.lane_runs[0]] == ["spring-1", "spring-3"]
-        assert redrawn.tolist() == [False, True]
-        np.testing.assert_array_equal(after.reading[0], before.reading[0])
-        assert np.abs(np.asarray(after.reading[1] - before.reading[1])).max() > 0.1
-        if vectors is not None:
-            np.testing.assert_allclose(values["J"], draws["J"][0], rtol=1e-12)
-
-
-def test_readings_that_are_redrawn_do_not_tell_what_is_drawn_from() -> None:
-    """Of the density, only the prior sees the unknowns of a run that is not yet read."""
-    with jax.enable_x64(True):
-        template = Template((DATA / "spring-3.csv",), after=(DATA / "spring-1.csv",))
-        problem = template.problem()
-        blind = unread(problem, template.redrawn(problem))
-        layout = problem.layout
-        draws = prior_draws(jax.random.key(0), 1, layout, problem.data)
-        vector = unconstrained(draws, layout, problem.data)[0]
-        moved = vector.at[starts(layout)["fast.zero"] + 1].add(1.0)
-
-        def rise(one: Problem) -> float:
-            return potential_at(moved, layout, one.data) - potential_at(vector, layout, one.data)
-
-        prior = log_prior(vector, layout, problem.data) - log_prior(moved, layout, problem.data)
-        np.testing.assert_allclose(rise(blind), prior, rtol=1e-6)
-        assert abs(rise(problem) - prior) > 1.0
+        problem = SPRINGS.problem()
+        layout, data = problem.layout, problem.data
+        draws = prior_draws(jax.random.key(1), 1, layout, data)
+        vector = unconstrained(draws, layout, data)[0]
+        values, drawn = replicate(problem, 5, [vector.tolist()])
+        np.testing.assert_allclose(values["J"], draws["J"][0], rtol=1e-12)
+        (before,), (after,) = data.lanes, drawn.data.lanes
+        assert drawn.lane_runs == ((0, 1, 0, 1),)
+        assert after.run.tolist() == [0, 1, 0, 1]
+        np.testing.assert_array_equal(after.reading[:2], before.reading)
+        # The density of both is that of the measured readings times that of the redrawn ones.
+        redrawn = jax.tree.map(lambda x: x[2:], after)
+        parts = [problem.data, data._replace(lanes=(redrawn,)), drawn.data]
+        measured, fresh, both = (potential_at(vector, layout, part) for part in parts)
+        prior = log_prior(vector, layout, data)
+        np.testing.assert_allclose(both - prior, measured + fresh, rtol=1e-9)
+        errors = np.asarray(
+            jax.jit(lane_fits, static_argnames="layout")(values, layout=layout, data=drawn.data)[
+                0
+            ].errors
+        )
+        seen = errors[2:][np.asarray(after.weight[2:]) > 0]
+        assert abs(seen.var() - 1.0) < 4.0 * np.sqrt(2.0 / seen.size)
 
 
 def test_a_run_that_nothing_pulls_back_is_refused(real_data: Path) -> None:

@@ -9,8 +9,13 @@ import numpy as np
 from jaxtyping import Int
 from scipy.stats import chisquare
 
-from muscle_bayes.criticism.replicates import KNOWN_EFFORT, Template, known_draws, replicate
-from muscle_bayes.data import read_runs
+from muscle_bayes.criticism.replicates import (
+    KNOWN_EFFORT,
+    Template,
+    Vectors,
+    measured_draws,
+    replicate,
+)
 from muscle_bayes.inference.assemble import LIBRARIES, named_values, values_of
 from muscle_bayes.inference.fit import FIT_LAYERS, sample
 from muscle_bayes.inference.precision import double_precision
@@ -40,17 +45,14 @@ def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
 
 
 @double_precision
-def rank_data_set(
-    template: Template, seed: int, known: list[list[float]] | None = None
-) -> dict[str, Any]:
+def rank_data_set(template: Template, seed: int, known: Vectors | None = None) -> dict[str, Any]:
     """Ranks of one data set's truth among draws of its posterior, for every quantity.
 
-    The truth is drawn from the prior, or is one of the `known` vectors. A rank counts the thinned
-    draws below the truth, 0 to RANKS. `converged` says whether the chains agreed; ranks of those
-    that did not count all the same.
+    The truth is drawn from the prior, or is one of the `known` draws of `measured_draws`. A rank
+    counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
+    agreed; ranks of those that did not count all the same.
     """
-    vectors = None if known is None else np.array(known)
-    truth, drawn = replicate(template, template.problem(), seed, vectors)
+    truth, drawn = replicate(template.problem(), seed, known)
     drawn, draws, _ = sample(drawn, EFFORT, seed=seed, workers=1)
     posterior = _flat(named_values(drawn, values_of(draws, drawn)), 2)
     true = _flat(named_values(drawn, truth), 0)
@@ -68,11 +70,8 @@ def rank_data_set(
 
 def _inputs(template: Template, effort: Effort) -> dict[str, Any]:
     """What results depend on. Raises MuscleBayesError for runs that cannot be calibrated with."""
-    problem = template.problem()
-    redrawn = [run.name for run in read_runs(list(template.runs))]
     return {
-        "runs": {run.name: run.checksum for run in problem.runs},
-        "redrawn": redrawn,
+        "runs": {run.name: run.checksum for run in template.problem().runs},
         "friction": template.friction,
         "effects": template.effects,
         "given": {name: [one.loc, one.scale] for name, one in (template.known or {}).items()},
@@ -82,14 +81,14 @@ def _inputs(template: Template, effort: Effort) -> dict[str, Any]:
     }
 
 
-def known_tasks(template: Template, seed: int) -> Tasks:
-    """The one task whose result is that of `known_draws`; none without runs that stay."""
-    arguments = {f"known-{seed}": (template, seed)} if template.after else {}
-    return Tasks(known_draws, arguments, _inputs(template, KNOWN_EFFORT))
+def measured_task(template: Template, seed: int) -> Tasks:
+    """A single task whose result is that of `measured_draws`."""
+    arguments = {f"measured-{seed}": (template, seed)}
+    return Tasks(measured_draws, arguments, _inputs(template, KNOWN_EFFORT))
 
 
 def calibration_tasks(
-    template: Template, sets: int, seed: int, known: list[list[float]] | None = None
+    template: Template, sets: int, seed: int, known: Vectors | None = None
 ) -> Tasks:
     """One task a data set; their results are those of `rank_data_set`.
 
