@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,9 @@ def rank_data_set(template: Template, seed: int, known: Vectors | None = None) -
 
     The truth is drawn from the prior, or is one of the `known` draws of `measured_draws`. A rank
     counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
-    agreed; ranks of those that did not count all the same.
+    agreed; ranks of those that did not count all the same. `seconds` are the processor's.
     """
+    begun = process_time()
     truth, drawn = replicate(template.problem(), seed, known)
     drawn, draws, _ = sample(drawn, EFFORT, seed=seed, workers=1)
     posterior = _flat(named_values(drawn, values_of(draws, drawn)), 2)
@@ -65,6 +67,8 @@ def rank_data_set(template: Template, seed: int, known: Vectors | None = None) -
         "ranks": ranks,
         "converged": agree(draws, EFFORT) and not bool(draws.diverging.any()),
         "divergences": int(draws.diverging.sum()),
+        "leapfrog_steps": float(draws.steps.mean()),
+        "seconds": process_time() - begun,
     }
 
 
@@ -110,13 +114,16 @@ class Calibration:
     ranks: Mapping[str, Int[np.ndarray, " set"]]
     converged: int
     """Data sets whose chains agreed."""
+    seconds: float
+    """Of processor time that all data sets took."""
 
     @classmethod
     def of(cls, found: Sequence[Mapping[str, Any]], source: str) -> "Calibration":
         """From the results of `rank_data_set`."""
         names = found[0]["ranks"]
         ranks = {name: np.array([one["ranks"][name] for one in found]) for name in names}
-        return cls(source, ranks, sum(one["converged"] for one in found))
+        converged, seconds = (sum(one[key] for one in found) for key in ("converged", "seconds"))
+        return cls(source, ranks, converged, seconds)
 
     @property
     def sets(self) -> int:
@@ -144,6 +151,7 @@ class Calibration:
             "source": self.source,
             "sets": self.sets,
             "converged": self.converged,
+            "processor_seconds": self.seconds,
             "least_uniform": {"name": name, "p_bonferroni": chance},
             "p": self.p_values(),
             "ranks": {name: ranks.tolist() for name, ranks in self.ranks.items()},
