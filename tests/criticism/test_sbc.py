@@ -78,7 +78,7 @@ def test_a_calibration_about_measured_runs_keeps_their_readings_and_redraws_at_a
         layout, data = problem.layout, problem.data
         draws = prior_draws(jax.random.key(1), 1, layout, data)
         vector = unconstrained(draws, layout, data)[0]
-        values, drawn = replicate(problem, 5, [vector.tolist()])
+        values, drawn = replicate(problem, 5, vector.tolist())
         np.testing.assert_allclose(values["J"], draws["J"][0], rtol=1e-12)
         (before,), (after,) = data.lanes, drawn.data.lanes
         assert drawn.lane_runs == ((0, 1, 0, 1),)

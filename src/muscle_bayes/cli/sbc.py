@@ -9,13 +9,13 @@ from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
 
 if TYPE_CHECKING:
-    from muscle_bayes.criticism.replicates import Template, Vectors
+    from muscle_bayes.criticism.replicates import Template
 
 EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
 
 
-def _measured(template: "Template", seed: int, out: Path) -> "Vectors":
+def _measured(template: "Template", seed: int, out: Path) -> list[list[float]]:
     """Draws from the posterior of the runs as measured."""
     from muscle_bayes.criticism.sbc import measured_task
     from muscle_bayes.errors import MuscleBayesError

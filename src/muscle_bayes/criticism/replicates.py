@@ -1,5 +1,6 @@
 """Data sets drawn from a model: parameters from what is known before, readings from the likelihood."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs
@@ -22,14 +23,11 @@ from muscle_bayes.inference.programs import constrained, potential_at, solved_at
 from muscle_bayes.inference.sampler import Effort, agree
 
 ATTEMPTS = 100
-"""Draws of the parameters tried for one that can be simulated."""
+"""Draws of the prior tried for one that can be simulated."""
 KNOWN_EFFORT = Effort(min_ess=600)
 """Of the posterior from which parameters are drawn."""
 KNOWN_DRAWS = 600
 """Draws that are kept of it."""
-
-Vectors = list[list[float]]
-"""Draws of all sampled quantities, unconstrained."""
 
 
 @dataclass(frozen=True)
@@ -76,17 +74,21 @@ def measured_draws(template: Template, seed: int) -> dict[str, Any]:
     }
 
 
-def _drawn(key: Array, problem: Problem, known: Vectors | None) -> Array:
-    """An unconstrained vector, one of `known` or drawn from the prior."""
+def _candidates(
+    key: Array, problem: Problem, known: Sequence[float] | None
+) -> Iterator[Float[Array, " n"]]:
+    """Unconstrained vectors: the known one, else draws from the prior."""
     layout, data = problem.layout, problem.data
     if known is not None:
-        return jnp.asarray(known[int(jax.random.randint(key, (), 0, len(known)))])
-    keys = jax.random.split(key, len(layout.shapes))
-    values = {
-        name: data.priors[name].sample(part, (1,))
-        for part, (name, _) in zip(keys, layout.shapes, strict=True)
-    }
-    return unconstrained(values, layout, data)[0]
+        yield jnp.asarray(known)
+        return
+    for attempt in range(ATTEMPTS):
+        keys = jax.random.split(jax.random.fold_in(key, attempt), len(layout.shapes))
+        values = {
+            name: data.priors[name].sample(part, (1,))
+            for part, (name, _) in zip(keys, layout.shapes, strict=True)
+        }
+        yield unconstrained(values, layout, data)[0]
 
 
 def _both(measured: Problem, redrawn: Problem) -> Problem:
@@ -101,20 +103,17 @@ def _both(measured: Problem, redrawn: Problem) -> Problem:
 
 @double_precision
 def replicate(
-    problem: Problem, seed: int, known: Vectors | None = None
+    problem: Problem, seed: int, known: Sequence[float] | None = None
 ) -> tuple[dict[str, Array], Problem]:
     """Values drawn from the prior, and the problem with readings redrawn there.
 
-    Values are one of the `known` draws instead where these are given: draws from the posterior of
-    the readings as measured, which then stay beside those that are redrawn. The likelihood is zero
-    where the model cannot be simulated, so such values are drawn again. Raises MuscleBayesError if
-    none of ATTEMPTS draws can be.
+    `known` stands for values drawn before, unconstrained, from the posterior of the readings as
+    measured, which then stay beside those that are redrawn. The likelihood is zero where the model
+    cannot be simulated, so such values are drawn again. Raises MuscleBayesError if none can be.
     """
     layout, data = problem.layout, problem.data
-    for attempt in range(ATTEMPTS):
-        key = jax.random.fold_in(jax.random.key(seed), attempt)
-        key_values, key_readings = jax.random.split(key)
-        vector = _drawn(key_values, problem, known)
+    key_values, key_readings = jax.random.split(jax.random.key(seed))
+    for vector in _candidates(key_values, problem, known):
         found = solved_at(vector, layout, data).responses
         if not all(bool(one.finite.all()) for one in found):
             continue
@@ -127,4 +126,4 @@ def replicate(
         redrawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
         if np.isfinite(potential_at(vector, layout, redrawn.data)):
             return values, redrawn if known is None else _both(problem, redrawn)
-    raise MuscleBayesError(f"none of {ATTEMPTS} draws of the parameters can be simulated")
+    raise MuscleBayesError("no draw of the parameters can be simulated")

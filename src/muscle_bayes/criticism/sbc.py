@@ -13,7 +13,6 @@ from scipy.stats import chisquare
 from muscle_bayes.criticism.replicates import (
     KNOWN_EFFORT,
     Template,
-    Vectors,
     measured_draws,
     replicate,
 )
@@ -46,10 +45,12 @@ def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
 
 
 @double_precision
-def rank_data_set(template: Template, seed: int, known: Vectors | None = None) -> dict[str, Any]:
+def rank_data_set(
+    template: Template, seed: int, known: Sequence[float] | None = None
+) -> dict[str, Any]:
     """Ranks of one data set's truth among draws of its posterior, for every quantity.
 
-    The truth is drawn from the prior, or is one of the `known` draws of `measured_draws`. A rank
+    The truth is drawn from the prior, or is `known`, a draw of `measured_draws`. A rank
     counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
     agreed; ranks of those that did not count all the same. `seconds` are the processor's.
     """
@@ -92,16 +93,19 @@ def measured_task(template: Template, seed: int) -> Tasks:
 
 
 def calibration_tasks(
-    template: Template, sets: int, seed: int, known: Vectors | None = None
+    template: Template, sets: int, seed: int, known: Sequence[Sequence[float]] | None = None
 ) -> Tasks:
     """One task a data set; their results are those of `rank_data_set`.
 
-    Raises MuscleBayesError for runs that cannot be read or be calibrated with.
+    Each has one of the `known` draws, if there are any, for its truth. Raises MuscleBayesError for
+    runs that cannot be read or be calibrated with.
     """
     inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": known}
-    arguments = {
-        f"seed-{seed + number}": (template, seed + number, known) for number in range(sets)
-    }
+    arguments: dict[str, tuple[Any, ...]] = {}
+    for one in range(seed, seed + sets):
+        chosen = np.random.default_rng(one)
+        truth = None if known is None else known[int(chosen.integers(len(known)))]
+        arguments[f"seed-{one}"] = (template, one, truth)
     return Tasks(rank_data_set, arguments, inputs)
 
 
