@@ -9,11 +9,12 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.criticism.replicates import Template, replicate
-from muscle_bayes.criticism.sbc import RANKS, Calibration, rank_data_set
+from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import lane_fits, log_prior
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.programs import potential_at, unconstrained
+from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
 
 DATA = Path(__file__).parents[2] / "data"
@@ -108,3 +109,25 @@ def test_the_command_tells_of_runs_it_cannot_read(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["sbc", str(tmp_path / "none.csv"), "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "none.csv" in result.output
+
+
+def test_nothing_is_drawn_from_a_posterior_that_did_not_converge(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    poor = {"measured-0": {"vectors": [], "converged": False}}
+    monkeypatch.setattr(tasks, "run_tasks", lambda *_, **__: poor)
+    arguments = ["sbc", str(DATA / "spring-1.csv"), "--measured", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert "did not converge" in result.output
+
+
+def test_every_data_set_has_its_own_draw_of_what_is_known() -> None:
+    known = [[float(number)] for number in range(50)]
+    arguments = calibration_tasks(SPRINGS, 30, 7, known).arguments
+    assert list(arguments) == [f"seed-{seed}" for seed in range(7, 37)]
+    assert [one[1] for one in arguments.values()] == list(range(7, 37))
+    truths = [one[2][0] for one in arguments.values()]
+    assert len(set(truths)) > 15
+    more = calibration_tasks(SPRINGS, 40, 7, known).arguments
+    assert [more[name] for name in arguments] == list(arguments.values())
