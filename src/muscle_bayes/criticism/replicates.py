@@ -91,16 +91,6 @@ def _candidates(
         yield unconstrained(values, layout, data)[0]
 
 
-def _both(measured: Problem, redrawn: Problem) -> Problem:
-    """Every run recorded twice, from the same start: as measured and as redrawn."""
-    lanes = tuple(
-        jax.tree.map(lambda a, b: jnp.concatenate([a, b]), *pair)
-        for pair in zip(measured.data.lanes, redrawn.data.lanes, strict=True)
-    )
-    owners = tuple(2 * owners for owners in measured.lane_runs)
-    return replace(measured, data=measured.data._replace(lanes=lanes), lane_runs=owners)
-
-
 @double_precision
 def replicate(
     problem: Problem, seed: int, known: Sequence[float] | None = None
@@ -122,8 +112,9 @@ def replicate(
         for index, (group, one) in enumerate(zip(data.lanes, found, strict=True)):
             key = jax.random.fold_in(key_readings, index)
             noise = disturbances(key, values, group, layout, layout.regimes[index])
-            lanes.append(group._replace(reading=one.averaged + noise))
-        redrawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
-        if np.isfinite(potential_at(vector, layout, redrawn.data)):
-            return values, redrawn if known is None else _both(problem, redrawn)
+            place = "reading" if known is None else "again"
+            lanes.append(group._replace(**{place: one.averaged + noise}))
+        drawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
+        if np.isfinite(potential_at(vector, layout, drawn.data)):
+            return values, drawn
     raise MuscleBayesError("no draw of the parameters can be simulated")
