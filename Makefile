@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table real bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table real calibration trial bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -53,6 +53,13 @@ data: $(READY) ## write the shipped synthetic runs anew, byte for byte
 REAL ?= ../shared/real
 real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published values (REAL=folder)
 	@$(BIN)/python scripts/published_rigs.py $(REAL)
+
+CALIBRATION := reports/calibration
+calibration: $(READY) ## simulation-based calibration, 200 data sets each (an hour on two cores); writes docs/calibration.md
+	@$(BIN)/muscle-bayes fit data/spring-*.csv --out $(CALIBRATION)/fixture.nc
+	@$(BIN)/muscle-bayes sbc data/spring-*.csv --out $(CALIBRATION)/fixture
+	@$(BIN)/muscle-bayes sbc data/staircase-*.csv --given $(CALIBRATION)/fixture.nc --measured --out $(CALIBRATION)/muscle
+	@$(BIN)/python scripts/write_calibration_doc.py $(CALIBRATION)
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py

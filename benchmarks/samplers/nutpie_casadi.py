@@ -7,31 +7,19 @@ import nutpie
 from jaxtyping import Float
 from nutpie.compiled_pyfunc import from_pyfunc
 
-from benchmarks.competitors.casadi_cvodes import CasadiCvodes
-from benchmarks.ode import COARSE_ERROR, damping_for
-from benchmarks.samplers.protocol import Frame, Point, Record, Sampler, whitened
-from benchmarks.samplers.settings import TOLERANCE, WARMUP
-from muscle_bayes.inference.problem import Problem
+from benchmarks.samplers.cvodes_nuts import CvodesNuts
+from benchmarks.samplers.protocol import Point, Record, whitened
 
 
-class NutpieCasadi(Sampler):
+class NutpieCasadi(CvodesNuts):
     """`nutpie.sample` of a Python function."""
 
     name = "nutpie NUTS on CVODES"
-    settings = "NUTS, diagonal mass matrix and step adapted"
-    warmup = WARMUP
-
-    def __init__(self, problem: Problem, frame: Frame) -> None:
-        super().__init__(problem, frame)
-        self._way = CasadiCvodes(problem, damping_for(COARSE_ERROR), TOLERANCE)
-
-    def density(self, vector: Point) -> float:
-        return self._way(vector)[0]
 
     def run(self, starts: Float[np.ndarray, "walker n"], seed: int, record: Record) -> None:
-        call = whitened(self._way, self.frame, record)
+        call = whitened(self.way, self.frame, record)
         size, drawn = starts.shape[1], 0
-        self._way(self.frame.vector(starts[0]))
+        self.way(self.frame.vector(starts[0]))
 
         def expanding(*_: int) -> Callable:
             def expand(z: Point) -> dict[str, np.ndarray]:

@@ -9,11 +9,8 @@ from jaxtyping import Float
 from pytensor.graph.basic import Apply
 from pytensor.graph.op import Op
 
-from benchmarks.competitors.casadi_cvodes import CasadiCvodes
-from benchmarks.ode import COARSE_ERROR, damping_for
-from benchmarks.samplers.protocol import Frame, Point, Record, Sampler, whitened
-from benchmarks.samplers.settings import TOLERANCE, WARMUP
-from muscle_bayes.inference.problem import Problem
+from benchmarks.samplers.cvodes_nuts import CvodesNuts
+from benchmarks.samplers.protocol import Record, whitened
 
 
 class _Black(Op):
@@ -34,24 +31,15 @@ class _Black(Op):
         return [cotangents[0] * outputs[1]]
 
 
-class PymcCasadi(Sampler):
+class PymcCasadi(CvodesNuts):
     """`pm.sample` of a flat vector with a potential."""
 
     name = "PyMC NUTS on CVODES"
-    settings = "NUTS, diagonal mass matrix and step adapted"
-    warmup = WARMUP
-
-    def __init__(self, problem: Problem, frame: Frame) -> None:
-        super().__init__(problem, frame)
-        self._way = CasadiCvodes(problem, damping_for(COARSE_ERROR), TOLERANCE)
-
-    def density(self, vector: Point) -> float:
-        return self._way(vector)[0]
 
     def run(self, starts: Float[np.ndarray, "walker n"], seed: int, record: Record) -> None:
-        black = _Black(whitened(self._way, self.frame, record))
+        black = _Black(whitened(self.way, self.frame, record))
         size = starts.shape[1]
-        self._way(self.frame.vector(starts[0]))
+        self.way(self.frame.vector(starts[0]))
         with pm.Model():
             z = pm.Flat("z", shape=size)
             value, _ = cast(list[Any], black(z))

@@ -8,9 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
-from muscle_bayes.criticism.sbc import RANKS, Calibration, Template, rank_data_set, replicate
+from muscle_bayes.criticism.replicates import Template, replicate
+from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.density import lane_fits
+from muscle_bayes.inference.density import lane_fits, log_prior
+from muscle_bayes.inference.prior_draws import prior_draws
+from muscle_bayes.inference.programs import potential_at, unconstrained
+from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
 
 DATA = Path(__file__).parents[2] / "data"
@@ -19,8 +23,11 @@ SPRINGS = Template(tuple(DATA / f"spring-{number}.csv" for number in (1, 3)))
 
 def found(ranks: dict[str, np.ndarray]) -> Calibration:
     sets = len(next(iter(ranks.values())))
-    one = [{"ranks": {k: v[i] for k, v in ranks.items()}, "converged": True} for i in range(sets)]
-    return Calibration.of(one)
+    one = [
+        {"ranks": {k: v[i] for k, v in ranks.items()}, "converged": True, "seconds": 2.0}
+        for i in range(sets)
+    ]
+    return Calibration.of(one, "the prior")
 
 
 def test_uniform_ranks_pass_and_others_do_not() -> None:
@@ -40,10 +47,10 @@ def test_uniform_ranks_pass_and_others_do_not() -> None:
 def test_replicates_are_draws_of_the_likelihood() -> None:
     """Standardised errors at the truth are independent standard normals."""
     with jax.enable_x64(True):
-        template = SPRINGS.problem()
+        problem = SPRINGS.problem()
         errors = []
         for seed in range(12):
-            values, drawn = replicate(template, seed)
+            values, drawn = replicate(problem, seed)
             fits = jax.jit(lane_fits, static_argnames="layout")(
                 values, layout=drawn.layout, data=drawn.data
             )
@@ -64,6 +71,30 @@ def test_a_data_set_is_ranked_in_every_quantity() -> None:
     assert all(0 <= rank <= RANKS for rank in ranked["ranks"].values())
 
 
+def test_a_calibration_about_measured_runs_keeps_their_readings_and_redraws_at_a_known_draw() -> (
+    None
+):
+    with jax.enable_x64(True):
+        problem = SPRINGS.problem()
+        layout, data = problem.layout, problem.data
+        draws = prior_draws(jax.random.key(1), 1, layout, data)
+        vector = unconstrained(draws, layout, data)[0]
+        values, drawn = replicate(problem, 5, vector.tolist())
+        np.testing.assert_allclose(values["J"], draws["J"][0], rtol=1e-12)
+        (before,), (after,) = data.lanes, drawn.data.lanes
+        np.testing.assert_array_equal(after.reading, before.reading)
+        # The density of both is that of the measured readings times that of the redrawn ones.
+        redrawn = before._replace(reading=after.again)
+        parts = [data, data._replace(lanes=(redrawn,)), drawn.data]
+        measured, fresh, both = (potential_at(vector, layout, part) for part in parts)
+        prior = log_prior(vector, layout, data)
+        np.testing.assert_allclose(both - prior, measured + fresh, rtol=1e-9)
+        found = jax.jit(lane_fits, static_argnames="layout")(values, layout=layout, data=drawn.data)
+        errors = np.asarray(found[0].errors)[:, before.reading.shape[1] :]
+        seen = errors[np.asarray(before.weight) > 0]
+        assert abs(seen.var() - 1.0) < 4.0 * np.sqrt(2.0 / seen.size)
+
+
 def test_a_run_that_nothing_pulls_back_is_refused(real_data: Path) -> None:
     with pytest.raises(MuscleBayesError, match="free starts"):
         Template((real_data / "emps",)).problem()
@@ -73,3 +104,25 @@ def test_the_command_tells_of_runs_it_cannot_read(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["sbc", str(tmp_path / "none.csv"), "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "none.csv" in result.output
+
+
+def test_nothing_is_drawn_from_a_posterior_that_did_not_converge(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    poor = {"measured-0": {"vectors": [], "converged": False}}
+    monkeypatch.setattr(tasks, "run_tasks", lambda *_, **__: poor)
+    arguments = ["sbc", str(DATA / "spring-1.csv"), "--measured", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert "did not converge" in result.output
+
+
+def test_every_data_set_has_its_own_draw_of_what_is_known() -> None:
+    known = [[float(number)] for number in range(50)]
+    arguments = calibration_tasks(SPRINGS, 30, 7, known).arguments
+    assert list(arguments) == [f"seed-{seed}" for seed in range(7, 37)]
+    assert [one[1] for one in arguments.values()] == list(range(7, 37))
+    truths = [one[2][0] for one in arguments.values()]
+    assert len(set(truths)) > 15
+    more = calibration_tasks(SPRINGS, 40, 7, known).arguments
+    assert [more[name] for name in arguments] == list(arguments.values())

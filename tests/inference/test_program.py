@@ -1,5 +1,7 @@
 """A kept trace computes what the function does, and is made anew when it must be."""
 
+import os
+import time
 from pathlib import Path
 
 import jax
@@ -77,6 +79,24 @@ def test_a_damaged_file_is_written_anew(folder: Path) -> None:
     path.write_bytes(whole[:100])
     check(Program(scaled)(*ARGUMENTS))
     assert len(path.read_bytes()) == len(whole)
+
+
+def test_a_trace_is_dropped_when_it_was_not_used_for_long(folder: Path) -> None:
+    key, _, layout = ARGUMENTS
+    others = [(key, {"x": jnp.arange(float(size)), "by": 2.0}, layout) for size in (5, 6, 7)]
+    long_ago = time.time() - 1.1 * program.KEPT_FOR
+    paths = []
+    for arguments in others[:2]:
+        Program(scaled)(*arguments)
+        (path,) = set(folder.glob("traces/*.trace")) - set(paths)
+        os.utime(path, (long_ago, long_ago))
+        paths.append(path)
+        # Used once more, the first counts as new again.
+        Program(scaled)(*others[0])
+    Program(scaled)(*others[2])
+    assert paths[0].exists()
+    assert not paths[1].exists()
+    assert len(list(folder.glob("traces/*.trace"))) == 2
 
 
 def test_nothing_is_kept_of_an_effect_whose_code_is_not_watched(

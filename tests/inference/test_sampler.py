@@ -14,7 +14,7 @@ from muscle_bayes.inference.noise_moves import Proposal, entries_of, lasting_mis
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.sampler import Draws, agree
+from muscle_bayes.inference.sampler import Draws, Effort, agree
 from muscle_bayes.inference.whitening import rewhiten, whitening
 
 DATA = Path(__file__).parents[2] / "data"
@@ -88,6 +88,8 @@ def drawn(shift: float, count: int) -> Draws:
 
 
 def test_chains_agree_only_where_they_are_alike_and_long_enough():
-    assert agree(drawn(0.0, 1000), 400)
-    assert not agree(drawn(0.0, 80), 400)
-    assert not agree(drawn(0.3, 1000), 400)
+    assert agree(drawn(0.0, 1000), Effort())
+    assert not agree(drawn(0.0, 80), Effort())
+    assert not agree(drawn(0.3, 1000), Effort())
+    assert agree(drawn(0.1, 1000), Effort(max_rhat=1.05))
+    assert not agree(drawn(0.3, 1000), Effort(max_rhat=1.05))

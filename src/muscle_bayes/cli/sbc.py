@@ -1,15 +1,33 @@
 """`muscle-bayes sbc`: are the posteriors of these runs' kind calibrated?"""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
 
+if TYPE_CHECKING:
+    from muscle_bayes.criticism.replicates import Template
+
 EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
+
+
+def _measured(template: "Template", seed: int, out: Path) -> list[list[float]]:
+    """Draws from the posterior of the runs as measured."""
+    from muscle_bayes.criticism.sbc import measured_task
+    from muscle_bayes.errors import MuscleBayesError
+    from muscle_bayes.parallel.tasks import run_tasks
+
+    (found,) = run_tasks(measured_task(template, seed), out / "sets", workers=1).values()
+    if not found["converged"]:
+        raise MuscleBayesError(
+            "the posterior of the runs as measured did not converge, so no parameters can be drawn "
+            "from it. Mend: see `muscle-bayes fit` on these runs, or try another --seed."
+        )
+    return found["vectors"]
 
 
 def sbc(
@@ -27,6 +45,14 @@ def sbc(
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
     given: GivenOption = None,
+    measured: Annotated[
+        bool,
+        typer.Option(
+            "--measured",
+            help="Draw parameters from the posterior of the runs as measured, not from the prior, "
+            "and rank them in the posterior of these and redrawn readings together.",
+        ),
+    ] = False,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
@@ -38,39 +64,42 @@ def sbc(
     """Simulation-based calibration: fit data sets drawn from prior and likelihood.
 
     The truth of each must rank uniformly among the draws of its posterior, in every quantity: tested
-    by chi-square, corrected by Bonferroni. Every finished data set is kept in DIR, so interrupted
+    by chi-square, corrected by Bonferroni. --measured makes it a posterior SBC: for priors so wide
+    that few of their draws resemble the rig. Every finished data set is kept in DIR, so interrupted
     work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
     """
     from rich.console import Console
 
     from muscle_bayes.cli.progress import fit_progress
-    from muscle_bayes.criticism.sbc import Calibration, Template, calibration_tasks
+    from muscle_bayes.criticism.replicates import Template
+    from muscle_bayes.criticism.sbc import Calibration, calibration_tasks
     from muscle_bayes.parallel.tasks import run_tasks
     from muscle_bayes.report.calibration_figure import calibration_figure
     from muscle_bayes.report.style import save
 
     paths = tuple(path.resolve() for path in runs)
-    known = None if given is None else given.resolve()
-    template = Template(paths, friction.value, tuple(effect or ()), known)
-    tasks = calibration_tasks(template, sets, seed)
+    fixture = None if given is None else given.resolve()
+    template = Template(paths, friction.value, tuple(effect or ()), fixture)
     with fit_progress(out.name) as report:
+        known = _measured(template, seed, out) if measured else None
         results = run_tasks(
-            tasks,
+            calibration_tasks(template, sets, seed, known),
             out / "sets",
             address=scheduler,
             workers=workers,
             report=lambda done, total: report("data sets", done, total),
         )
-    found = Calibration.of(list(results.values()))
-    save(calibration_figure(found, out.name), out / "ranks.png")
-    numbers = found.as_dict()
+    source = "the posterior of the runs as measured" if measured else "the prior"
+    calibration = Calibration.of(list(results.values()), source)
+    save(calibration_figure(calibration, out.name), out / "ranks.png")
+    numbers = calibration.as_dict()
     write_json(out / "calibration.json", numbers)
     if json is not None:
         write_json(json, numbers)
-    name, chance = found.smallest()
+    name, chance = calibration.smallest()
     console = Console()
     console.print(
-        f"{found.sets} data sets, {found.converged} converged; least uniform: {name}, "
+        f"{calibration.sets} data sets, {calibration.converged} converged; least uniform: {name}, "
         f"p = {chance:.3g} after correction ({out / 'ranks.png'})"
     )
     if chance < LEAST_CHANCE:

@@ -1,102 +1,34 @@
-"""Simulation-based calibration: posteriors of data drawn from the prior, against what was drawn."""
+"""Simulation-based calibration: posteriors of drawn data, against the parameters that drew them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
+from time import process_time
 from typing import Any
 
-import jax
 import numpy as np
-import numpyro.distributions as dist
-from jaxtyping import Array, Int
+from jaxtyping import Int
 from scipy.stats import chisquare
 
-from muscle_bayes.conventions import Friction
-from muscle_bayes.data import read_runs
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.criticism.replicates import (
+    KNOWN_EFFORT,
+    Template,
+    measured_draws,
+    replicate,
+)
 from muscle_bayes.inference.assemble import LIBRARIES, named_values, values_of
-from muscle_bayes.inference.fit import FIT_LAYERS, fixture_prior, sample
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.fit import FIT_LAYERS, sample
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.predict import disturbances
-from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import potential_at, solved_at, unconstrained
 from muscle_bayes.inference.sampler import Effort, agree
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.provenance import source_checksum
 
-EFFORT = Effort(chains=2, warmup=90, draws=150, rounds=4, min_ess=100)
-"""Enough for RANKS nearly independent draws."""
+EFFORT = Effort(chains=2, warmup=90, draws=150, rounds=16, min_ess=100, max_rhat=1.05)
+"""Enough for RANKS nearly independent draws, and the R-hat that so few can be held to."""
 RANKS = 99
 """Thinned draws of each posterior among which the truth is ranked."""
-ATTEMPTS = 100
-"""Draws of the prior tried for one that can be simulated."""
 BINS = 10
 """Of the ranks, for the test of uniformity."""
-
-
-@dataclass(frozen=True)
-class Template:
-    """What all data sets of a calibration share: rig, drive, times of readings and priors."""
-
-    runs: tuple[Path, ...]
-    """Logs from which these are taken; their readings fix the priors' centres and nothing else."""
-    friction: Friction = "coulomb"
-    effects: tuple[str, ...] = ()
-    given: Path | None = None
-    """Posterior of a fixture, the prior of J and D."""
-
-    @property
-    def known(self) -> dict[str, dist.Distribution] | None:
-        """Priors of J and D from `given`."""
-        if self.given is None:
-            return None
-        return fixture_prior(Posterior.load(self.given), self.friction)
-
-    def problem(self) -> Problem:
-        """The problem that the logs themselves pose."""
-        problem = pose(read_runs(list(self.runs)), self.friction, self.effects, self.known)
-        if any(problem.layout.segmented):
-            raise MuscleBayesError(
-                "a run that nothing pulls back has free starts, of which no data set can be drawn; "
-                "calibrate with runs of a spring, an arm or a muscle"
-            )
-        return problem
-
-
-@double_precision
-def replicate(problem: Problem, seed: int) -> tuple[dict[str, Array], Problem]:
-    """Values drawn from the prior, and the problem with readings drawn from the likelihood there.
-
-    The likelihood is zero where the model cannot be simulated, so such values are drawn again.
-    Raises MuscleBayesError if none of ATTEMPTS draws can be.
-    """
-    layout, data = problem.layout, problem.data
-    for attempt in range(ATTEMPTS):
-        key = jax.random.fold_in(jax.random.key(seed), attempt)
-        parts = jax.random.split(key, len(layout.shapes) + 1)
-        values = {
-            name: data.priors[name].sample(part)
-            for part, (name, _) in zip(parts[1:], layout.shapes, strict=True)
-        }
-        vector = unconstrained(jax.tree.map(lambda x: x[None], values), layout, data)[0]
-        found = solved_at(vector, layout, data).responses
-        if not all(bool(one.finite.all()) for one in found):
-            continue
-        lanes = tuple(
-            group._replace(
-                reading=one.averaged
-                + disturbances(jax.random.fold_in(parts[0], index), values, group, layout, regime)
-            )
-            for index, (group, one, regime) in enumerate(
-                zip(data.lanes, found, layout.regimes, strict=True)
-            )
-        )
-        drawn = replace(problem, data=data._replace(lanes=lanes))
-        if np.isfinite(potential_at(vector, layout, drawn.data)):
-            return values, drawn
-    raise MuscleBayesError(f"none of {ATTEMPTS} draws of the prior can be simulated")
 
 
 def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
@@ -113,14 +45,17 @@ def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
 
 
 @double_precision
-def rank_data_set(template: Template, seed: int) -> dict[str, Any]:
+def rank_data_set(
+    template: Template, seed: int, known: Sequence[float] | None = None
+) -> dict[str, Any]:
     """Ranks of one data set's truth among draws of its posterior, for every quantity.
 
-    A rank counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
-    agreed; ranks of those that did not count all the same.
+    The truth is drawn from the prior, or is `known`, a draw of `measured_draws`. A rank
+    counts the thinned draws below the truth, 0 to RANKS. `converged` says whether the chains
+    agreed; ranks of those that did not count all the same. `seconds` are the processor's.
     """
-    problem = template.problem()
-    truth, drawn = replicate(problem, seed)
+    begun = process_time()
+    truth, drawn = replicate(template.problem(), seed, known)
     drawn, draws, _ = sample(drawn, EFFORT, seed=seed, workers=1)
     posterior = _flat(named_values(drawn, values_of(draws, drawn)), 2)
     true = _flat(named_values(drawn, truth), 0)
@@ -131,28 +66,46 @@ def rank_data_set(template: Template, seed: int) -> dict[str, Any]:
     }
     return {
         "ranks": ranks,
-        "converged": agree(draws, EFFORT.min_ess) and not bool(draws.diverging.any()),
+        "converged": agree(draws, EFFORT) and not bool(draws.diverging.any()),
         "divergences": int(draws.diverging.sum()),
+        "leapfrog_steps": float(draws.steps.mean()),
+        "seconds": process_time() - begun,
     }
 
 
-def calibration_tasks(template: Template, sets: int, seed: int) -> Tasks:
-    """One task a data set; their results are those of `rank_data_set`.
-
-    Raises MuscleBayesError for runs that cannot be read or be calibrated with.
-    """
-    template.problem()
-    inputs = {
-        "runs": {run.name: run.checksum for run in read_runs(list(template.runs))},
+def _inputs(template: Template, effort: Effort) -> dict[str, Any]:
+    """What results depend on. Raises MuscleBayesError for runs that cannot be calibrated with."""
+    return {
+        "runs": {run.name: run.checksum for run in template.problem().runs},
         "friction": template.friction,
         "effects": template.effects,
         "given": {name: [one.loc, one.scale] for name, one in (template.known or {}).items()},
-        "effort": EFFORT,
+        "effort": effort,
         "source": source_checksum(*FIT_LAYERS),
-        "ranks": RANKS,
         "versions": {name: version(name) for name in LIBRARIES},
     }
-    arguments = {f"seed-{seed + number}": (template, seed + number) for number in range(sets)}
+
+
+def measured_task(template: Template, seed: int) -> Tasks:
+    """A single task whose result is that of `measured_draws`."""
+    arguments = {f"measured-{seed}": (template, seed)}
+    return Tasks(measured_draws, arguments, _inputs(template, KNOWN_EFFORT))
+
+
+def calibration_tasks(
+    template: Template, sets: int, seed: int, known: Sequence[Sequence[float]] | None = None
+) -> Tasks:
+    """One task a data set; their results are those of `rank_data_set`.
+
+    Each has one of the `known` draws, if there are any, for its truth. Raises MuscleBayesError for
+    runs that cannot be read or be calibrated with.
+    """
+    inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": known}
+    arguments: dict[str, tuple[Any, ...]] = {}
+    for one in range(seed, seed + sets):
+        chosen = np.random.default_rng(one)
+        truth = None if known is None else known[int(chosen.integers(len(known)))]
+        arguments[f"seed-{one}"] = (template, one, truth)
     return Tasks(rank_data_set, arguments, inputs)
 
 
@@ -160,16 +113,21 @@ def calibration_tasks(template: Template, sets: int, seed: int) -> Tasks:
 class Calibration:
     """Ranks of all data sets, and whether they are uniform."""
 
+    source: str
+    """From what the parameters were drawn."""
     ranks: Mapping[str, Int[np.ndarray, " set"]]
     converged: int
     """Data sets whose chains agreed."""
+    seconds: float
+    """Of processor time that all data sets took."""
 
     @classmethod
-    def of(cls, found: Sequence[Mapping[str, Any]]) -> "Calibration":
+    def of(cls, found: Sequence[Mapping[str, Any]], source: str) -> "Calibration":
         """From the results of `rank_data_set`."""
         names = found[0]["ranks"]
         ranks = {name: np.array([one["ranks"][name] for one in found]) for name in names}
-        return cls(ranks, sum(one["converged"] for one in found))
+        converged, seconds = (sum(one[key] for one in found) for key in ("converged", "seconds"))
+        return cls(source, ranks, converged, seconds)
 
     @property
     def sets(self) -> int:
@@ -194,8 +152,10 @@ class Calibration:
         """Plain numbers."""
         name, chance = self.smallest()
         return {
+            "source": self.source,
             "sets": self.sets,
             "converged": self.converged,
+            "processor_seconds": self.seconds,
             "least_uniform": {"name": name, "p_bonferroni": chance},
             "p": self.p_values(),
             "ranks": {name: ranks.tolist() for name, ranks in self.ranks.items()},

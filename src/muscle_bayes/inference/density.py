@@ -82,6 +82,21 @@ def _explain(
     return LaneFit(log_density, z, prediction.finite > 0.5)
 
 
+def _explain_all(
+    lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters
+) -> LaneFit:
+    """Density of a lane's readings, and of those of its second record, one after the other."""
+    first = _explain(lane, zero, prediction, noise)
+    if lane.again is None:
+        return first
+    second = _explain(lane._replace(reading=lane.again), zero, prediction, noise)
+    return LaneFit(
+        jnp.concatenate([first.log_density, second.log_density]),
+        jnp.concatenate([first.errors, second.errors]),
+        first.finite,
+    )
+
+
 def explained(
     predicted: list[LanePrediction], values: Values, layout: Layout, data: Data
 ) -> list[LaneFit]:
@@ -92,7 +107,7 @@ def explained(
         noise = noise_of(values, regime)
 
         def one(lane, zero, prediction, noise=noise):
-            return _explain(lane, zero, prediction, noise)
+            return _explain_all(lane, zero, prediction, noise)
 
         result.append(jax.vmap(one)(lanes, zeros_of(values, lanes, regime, cut), prediction))
     return result

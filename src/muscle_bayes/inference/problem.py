@@ -57,6 +57,8 @@ class Lanes(NamedTuple):
     """First reading and speed about which the response to them is taken for linear."""
     fine: FineGrid | None = None
     """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
+    again: Float[Array, "lane interval"] | None = None
+    """Readings of a second record from the same start; None if there is only one."""
 
 
 class Data(NamedTuple):

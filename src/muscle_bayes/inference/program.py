@@ -5,9 +5,11 @@ import inspect
 import os
 import pickle
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from functools import cache, update_wrapper
 from importlib.metadata import version
 from pathlib import Path
+from time import time
 from typing import Any
 
 import jax
@@ -23,6 +25,8 @@ TRACED_LAYERS = ("physics", "data", "inference")
 STATIC = ("layout", "regime")
 """Names of arguments that are not arrays."""
 LIBRARIES = ("jax", "jaxlib", "numpyro", "diffrax", "equinox")
+KEPT_FOR = 30 * 86_400.0
+"""Time since its last use after which a trace is dropped, s: its code, layout or shapes are no more."""
 
 
 def _is_static(argument: Any) -> bool:
@@ -57,6 +61,16 @@ def _code() -> str:
     """What a trace depends on, beside its arguments."""
     versions = ",".join(f"{name}={version(name)}" for name in LIBRARIES)
     return f"{source_checksum(*TRACED_LAYERS)};{versions}"
+
+
+def _drop_unused(folder: Path) -> None:
+    """Delete what has not been used for KEPT_FOR."""
+    oldest = time() - KEPT_FOR
+    for path in folder.iterdir():
+        # Another process may have been quicker.
+        with suppress(FileNotFoundError):
+            if path.stat().st_mtime < oldest:
+                path.unlink()
 
 
 class _Kept:
@@ -104,8 +118,8 @@ class Program[R]:
     Beside the programs that JAX compiles and keeps (JAX_COMPILATION_CACHE_DIR) the traces are kept
     that lead to them: to trace a simulation with its derivatives takes seconds, to load it takes none.
     A trace is made anew when the package's code, a library's version, the layout or a shape has
-    changed, and where an effect is not of this package, for its code is not watched. Without such a
-    folder nothing is kept.
+    changed, and where an effect is not of this package, for its code is not watched. A trace that was
+    not used for KEPT_FOR is dropped when another is written. Without such a folder nothing is kept.
     """
 
     def __init__(self, function: Callable[..., R]) -> None:
@@ -143,11 +157,13 @@ class Program[R]:
         shapes = [_shape(leaf) for leaf in jax.tree.leaves(moving)]
         try:
             kept = _Kept.read(path.read_bytes())
+            path.touch()
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):
             kept = _traced(called, moving)
             part = path.with_suffix(f".{os.getpid()}")
             part.write_bytes(kept.written())
             part.replace(path)
+            _drop_unused(path.parent)
         return Lowered(jax.jit(kept.exported.call).lower(*shapes), kept)
 
     def _path(self, static: tuple[Any, ...], moving: list[Any]) -> Path | None:

@@ -39,6 +39,8 @@ class Effort:
     """Most rounds of draws; every one after the first makes a third as many."""
     min_ess: int = 400
     """Bulk effective sample size that is wanted of every sampled quantity."""
+    max_rhat: float = MAX_RHAT
+    """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
 
 
 class Draws(NamedTuple):
@@ -54,14 +56,14 @@ class Draws(NamedTuple):
     log_density: np.ndarray
 
 
-def agree(draws: Draws, min_ess: int) -> bool:
+def agree(draws: Draws, effort: Effort) -> bool:
     """Whether rank-normalised R-hat and bulk ESS of every entry of the vector are good enough.
 
     Both are the same for an entry and for the sampled quantity that it stands for.
     """
     values = az.convert_to_datatree({"v": draws.vector}).posterior
     rhat, ess = az.rhat(values)["v"], az.ess(values)["v"]
-    return bool(rhat.max() <= MAX_RHAT and ess.min() >= min_ess)
+    return bool(rhat.max() <= effort.max_rhat and ess.min() >= effort.min_ess)
 
 
 class _Chains:
@@ -158,7 +160,7 @@ def draw(
                 rounds.append(chains.advance(step, count))
                 draws = Draws(*(np.concatenate(p, axis=1) for p in zip(*rounds, strict=True)))
                 diverged = draws.diverging.any() and share != SHORTER[-1]
-                if diverged or len(rounds) == effort.rounds or agree(draws, effort.min_ess):
+                if diverged or len(rounds) == effort.rounds or agree(draws, effort):
                     break
                 count = max(effort.draws // 3, 1)
                 total += effort.chains * count

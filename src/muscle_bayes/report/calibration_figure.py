@@ -31,7 +31,8 @@ def calibration_figure(found: Calibration, title: str) -> Figure:
     with quiet_style():
         fig = Figure(figsize=(9.0, 1.1 + 1.35 * rows))
         fig.suptitle(
-            f"{title}: {found.sets} data sets drawn from the prior, {found.converged} converged\n"
+            f"{title}: {found.sets} data sets, parameters drawn from {found.source}; "
+            f"{found.converged} converged\n"
             f"least uniform: {name}, p = {chance:.2g} after Bonferroni's correction",
             x=0.01,
             ha="left",

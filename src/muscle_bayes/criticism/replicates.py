@@ -1,0 +1,120 @@
+"""Data sets drawn from a model: parameters from what is known before, readings from the likelihood."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+from jaxtyping import Array, Float
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data import read_runs
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.fit import fixture_prior, sample
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.predict import disturbances
+from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.programs import constrained, potential_at, solved_at, unconstrained
+from muscle_bayes.inference.sampler import Effort, agree
+
+ATTEMPTS = 100
+"""Draws of the prior tried for one that can be simulated."""
+KNOWN_EFFORT = Effort(min_ess=600)
+"""Of the posterior from which parameters are drawn."""
+KNOWN_DRAWS = 600
+"""Draws that are kept of it."""
+
+
+@dataclass(frozen=True)
+class Template:
+    """What all data sets of a calibration share: rig, drive, times of readings and priors."""
+
+    runs: tuple[Path, ...]
+    """Logs from which these are taken; readings fix the priors' centres."""
+    friction: Friction = "coulomb"
+    effects: tuple[str, ...] = ()
+    given: Path | None = None
+    """Posterior of a fixture, the prior of J and D."""
+
+    @property
+    def known(self) -> dict[str, dist.Distribution] | None:
+        """Priors of J and D from `given`."""
+        if self.given is None:
+            return None
+        return fixture_prior(Posterior.load(self.given), self.friction)
+
+    def problem(self) -> Problem:
+        """The problem that the logs themselves pose."""
+        problem = pose(read_runs(list(self.runs)), self.friction, self.effects, self.known)
+        if any(problem.layout.segmented):
+            raise MuscleBayesError(
+                "a run that nothing pulls back has free starts, of which no data set can be drawn; "
+                "calibrate with runs of a spring, an arm or a muscle"
+            )
+        return problem
+
+
+@double_precision
+def measured_draws(template: Template, seed: int) -> dict[str, Any]:
+    """Draws from the posterior of the readings as they were measured.
+
+    `converged` as in `rank_data_set`.
+    """
+    draws = sample(template.problem(), KNOWN_EFFORT, seed=seed).draws
+    every = draws.vector.reshape(-1, draws.vector.shape[-1])
+    chosen = np.linspace(0, len(every) - 1, KNOWN_DRAWS).astype(int)
+    return {
+        "vectors": every[chosen].tolist(),
+        "converged": agree(draws, KNOWN_EFFORT) and not bool(draws.diverging.any()),
+    }
+
+
+def _candidates(
+    key: Array, problem: Problem, known: Sequence[float] | None
+) -> Iterator[Float[Array, " n"]]:
+    """Unconstrained vectors: the known one, else draws from the prior."""
+    layout, data = problem.layout, problem.data
+    if known is not None:
+        yield jnp.asarray(known)
+        return
+    for attempt in range(ATTEMPTS):
+        keys = jax.random.split(jax.random.fold_in(key, attempt), len(layout.shapes))
+        values = {
+            name: data.priors[name].sample(part, (1,))
+            for part, (name, _) in zip(keys, layout.shapes, strict=True)
+        }
+        yield unconstrained(values, layout, data)[0]
+
+
+@double_precision
+def replicate(
+    problem: Problem, seed: int, known: Sequence[float] | None = None
+) -> tuple[dict[str, Array], Problem]:
+    """Values drawn from the prior, and the problem with readings redrawn there.
+
+    `known` stands for values drawn before, unconstrained, from the posterior of the readings as
+    measured, which then stay beside those that are redrawn. The likelihood is zero where the model
+    cannot be simulated, so such values are drawn again. Raises MuscleBayesError if none can be.
+    """
+    layout, data = problem.layout, problem.data
+    key_values, key_readings = jax.random.split(jax.random.key(seed))
+    for vector in _candidates(key_values, problem, known):
+        found = solved_at(vector, layout, data).responses
+        if not all(bool(one.finite.all()) for one in found):
+            continue
+        values = {name: one[0] for name, one in constrained(vector[None], layout, data).items()}
+        lanes = []
+        for index, (group, one) in enumerate(zip(data.lanes, found, strict=True)):
+            key = jax.random.fold_in(key_readings, index)
+            noise = disturbances(key, values, group, layout, layout.regimes[index])
+            place = "reading" if known is None else "again"
+            lanes.append(group._replace(**{place: one.averaged + noise}))
+        drawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
+        if np.isfinite(potential_at(vector, layout, drawn.data)):
+            return values, drawn
+    raise MuscleBayesError("no draw of the parameters can be simulated")
