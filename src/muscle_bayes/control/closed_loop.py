@@ -16,6 +16,7 @@ from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.quasistatic import once
 from muscle_bayes.physics.springs import tensile_strain
 
 TRAINING_TENSION = 0.060 * 9.80665 * 0.0889 / 0.030
@@ -105,7 +106,7 @@ def simulate(
                 before, after = memory, advanced
             lagged = tuple(memories)
             drive = Drive(0.5 * (before + after), load, jnp.zeros(()))
-            motion = advance(plant, motion, drive, step)
+            motion = once(advance(plant, motion, drive, step))
         return loop._replace(motion=motion, heat=heat, lagged=lagged)
 
     def period(loop: _Loop, now: tuple) -> tuple[_Loop, Trace]:

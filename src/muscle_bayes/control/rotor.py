@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.quasistatic import once
 
 
 class Motion(NamedTuple):
@@ -57,7 +58,8 @@ def advance(plant: Plant, motion: Motion, drive: Drive, duration: float) -> Moti
 
     start, slope = jax.linearize(force, motion.q, motion.speed)
     zero, one = jnp.zeros_like(motion.q), jnp.ones_like(motion.q)
-    near = _Tangent(start, slope(one, zero), slope(zero, one))
+    near = _Tangent(*once((start, slope(one, zero), slope(zero, one))))
+    start = near.force
     inertia, dry, q, speed = plant.inertia(drive.load), plant.friction.dry, motion.q, motion.speed
     direction = _direction(start, speed, dry)
     moves = (direction != 0.0) | (dry == 0.0)
@@ -74,7 +76,7 @@ def advance(plant: Plant, motion: Motion, drive: Drive, duration: float) -> Moti
     gained = near.gain_of_speed(zero, there - dry * back, inertia, left)
     gained = jnp.where(back != 0.0, gained, 0.0)
     q_end = jnp.where(reverses, turn + 0.5 * left * gained, whole)
-    speed_end = jnp.where(reverses, gained, after)
+    q_end, speed_end = once((q_end, jnp.where(reverses, gained, after)))
 
     rate = plant.hyst_rate(0.5 * (q + q_end), 0.5 * (speed + speed_end), motion.hyst, drive)
     return _at_stops(plant, Motion(q_end, speed_end, motion.hyst + duration * rate))
