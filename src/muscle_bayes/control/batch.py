@@ -1,7 +1,7 @@
 """One law, many draws, one scenario at a time: on all cores, several draws side by side on each."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
@@ -38,7 +38,7 @@ class Outcome(NamedTuple):
     """(draw, sample, 2) [C]"""
 
 
-class _Shape:
+class Shape:
     """What of JointDraws a compiled program depends on, apart from its values."""
 
     def __init__(self, draws: JointDraws) -> None:
@@ -49,17 +49,18 @@ class _Shape:
         return hash(self._key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Shape) and self._key == other._key
+        return isinstance(other, Shape) and self._key == other._key
 
 
-def _batched(function: Callable, arguments: Any) -> Any:
+def side_by_side(function: Callable, arguments: Any) -> Any:
+    """`function` of every draw, batch after batch by `vmap`."""
     size = SIDE_BY_SIDE.get(jax.default_backend(), ON_ACCELERATORS)
     return jax.lax.map(function, arguments, batch_size=size)
 
 
 @partial(jax.jit, static_argnames=("shape",))
-def _starts(values: Any, load: Any, trained: Any, shape: _Shape) -> Motion:
-    return _batched(lambda one: start_of(shape.joint(one), load, trained), values)
+def _starts(values: Any, load: Any, trained: Any, shape: Shape) -> Motion:
+    return side_by_side(lambda one: start_of(shape.joint(one), load, trained), values)
 
 
 @partial(jax.jit, static_argnames=("shape", "clock", "cost", "cycles"))
@@ -69,7 +70,8 @@ def _outcomes(
     keys: Any,
     law: Law,
     course: Course,
-    shape: _Shape,
+    *,
+    shape: Shape,
     clock: Clock,
     cost: Cost,
     cycles: int,
@@ -84,10 +86,11 @@ def _outcomes(
             trace.temperature[::SHOWN_EVERY],
         )
 
-    return _batched(one, (values, starts, keys))
+    return side_by_side(one, (values, starts, keys))
 
 
-def _cycles(course: Course) -> int:
+def cycles_of(course: Course) -> int:
+    """How often the setpoint repeats; 0 where it does not."""
     return int(course.setpoint.shape[0]) // int(course.cycle) if int(course.cycle) else 0
 
 
@@ -96,7 +99,7 @@ class Bank:
 
     def __init__(self, draws: JointDraws, clock: Clock | None = None, seed: int = 0) -> None:
         self.draws, self.clock, self.seed = draws, clock or Clock(), seed
-        self.shape = _Shape(draws)
+        self.shape = Shape(draws)
         self._starts: dict[tuple[float, float], Motion] = {}
 
     @double_precision
@@ -123,25 +126,47 @@ class Bank:
         return self.values(), self.starts(course), self.keys()
 
 
-def in_parts(function: Callable[[Any], Any], arguments: Any) -> Any:
-    """`function` of the draws' arguments, a part of the draws on each core, put together again."""
+_COMPILED: dict[Hashable, Callable[..., Any]] = {}
+
+
+def in_parts(program: Any, arguments: Any, common: tuple[Any, ...], **static: Any) -> Any:
+    """`program(*arguments, *common, **static)`, an equal part of the draws on each core.
+
+    Compiled here and once: threads that call a new program each compile it for themselves.
+    """
     count = jax.tree.leaves(arguments)[0].shape[0]
     cores = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
     workers = max(1, min(cores, count // FEWEST_PER_CORE))
-    cuts = np.linspace(0, count, workers + 1).astype(int)
+    size = -(-count // workers)
+    common = jax.tree.map(jnp.asarray, common)
+    # The last part is filled up with draws from the front, which are dropped afterwards.
+    places = np.arange(workers * size).reshape(workers, size) % count
+    own = [jax.tree.map(lambda x, i=i: x[i], arguments) for i in places]
+    leaves, structure = jax.tree.flatten((own[0], common))
+    shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
+    key = (program, tuple(static.items()), structure, shapes)
+    if key not in _COMPILED:
+        _COMPILED[key] = program.lower(*own[0], *common, **static).compile()
 
     @double_precision  # worker threads do not inherit the caller's
     def part(number: int) -> Any:
-        own = jax.tree.map(lambda x: x[cuts[number] : cuts[number + 1]], arguments)
-        return jax.tree.map(np.asarray, function(own))
+        return jax.tree.map(np.asarray, _COMPILED[key](*own[number], *common))
 
     with ThreadPoolExecutor(workers) as pool:
         parts = list(pool.map(part, range(workers)))
-    return jax.tree.map(lambda *all_: np.concatenate(all_), *parts)
+    return jax.tree.map(lambda *all_: np.concatenate(all_)[:count], *parts)
 
 
+@double_precision
 def run(bank: Bank, law: Law, scenario: Scenario, cost: Cost | None = None) -> Outcome:
     """The scenario under the law for every draw of the bank."""
     course = scenario.course
-    rest = (law, course, bank.shape, bank.clock, cost or Cost(), _cycles(course))
-    return in_parts(lambda own: _outcomes(*own, *rest), bank.arguments(course))
+    return in_parts(
+        _outcomes,
+        bank.arguments(course),
+        (law, course),
+        shape=bank.shape,
+        clock=bank.clock,
+        cost=cost or Cost(),
+        cycles=cycles_of(course),
+    )

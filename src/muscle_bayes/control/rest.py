@@ -13,7 +13,7 @@ LONGEST_HYST = 3.0
 """Strain beyond which no relaxed HYST is looked for."""
 
 
-def _bisect(falls, low, high):
+def bisect(falls, low, high):
     """Where `falls`, positive at low and negative at high, changes sign; elementwise."""
 
     def halve(_, ends):
@@ -30,14 +30,14 @@ def relaxed_hyst(plant: Plant, q: Scalar, drive: Drive) -> Float[Array, "2"]:
     """sigma_hyst of both sides at which HYST no longer moves while the rotor is held at q."""
     still = jnp.zeros_like(q)
     low, high = jnp.zeros(2), jnp.full(2, LONGEST_HYST)
-    return _bisect(lambda hyst: plant.hyst_rate(q, still, hyst, drive), low, high)
+    return bisect(lambda hyst: plant.hyst_rate(q, still, hyst, drive), low, high)
 
 
 def balanced(plant: Plant, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
     """Angle [rad] at which the torques balance while HYST is held."""
     low, high = plant.stops
     still = jnp.zeros(())
-    return _bisect(
+    return bisect(
         lambda q: plant.force(q, still, hyst, drive), jnp.asarray(low) * 1.0, jnp.asarray(high)
     )
 
@@ -50,5 +50,5 @@ def at_rest(plant: Plant, drive: Drive) -> Motion:
     def force(q):
         return plant.force(q, still, relaxed_hyst(plant, q, drive), drive)
 
-    q = _bisect(force, jnp.asarray(low) * 1.0, jnp.asarray(high) * 1.0)
+    q = bisect(force, jnp.asarray(low) * 1.0, jnp.asarray(high) * 1.0)
     return Motion(q, still, relaxed_hyst(plant, q, drive))

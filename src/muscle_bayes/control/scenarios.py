@@ -66,9 +66,9 @@ def load_sine(period: float, frequency: float) -> Course:
     return course_of(np.where(time >= START, STEP, 0.0), load)
 
 
-def setpoint_sine(period: float, frequency: float) -> Course:
+def setpoint_sine(period: float, frequency: float, length: float = SHORT) -> Course:
     """The setpoint swings; nothing hangs. Judged from the first whole period on."""
-    time = _grid(SHORT, period)
+    time = _grid(length, period)
     setpoint = STEP * np.sin(2 * np.pi * frequency * time)
     return course_of(setpoint, 0.0 * time, judged_from=round(1.0 / frequency / period))
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.batch import Bank, _batched, _cycles, _Shape, in_parts
+from muscle_bayes.control.batch import Bank, Shape, cycles_of, in_parts, side_by_side
 from muscle_bayes.control.closed_loop import Clock, simulate
 from muscle_bayes.control.cost import Cost
 from muscle_bayes.control.criteria import JUDGED
@@ -38,8 +38,9 @@ def _values(
     keys: Any,
     numbers: Numbers,
     course: Course,
+    *,
     gains: Gains,
-    shape: _Shape,
+    shape: Shape,
     clock: Clock,
     cost: Cost,
     cycles: int,
@@ -58,7 +59,12 @@ def _values(
         # Three numbers: forward mode carries them along and keeps no history.
         return judged(numbers), jnp.stack(jax.jacfwd(judged)(numbers), -1)
 
-    return _batched(one, (values, starts, keys))
+    return side_by_side(one, (values, starts, keys))
+
+
+def _without_numbers(gains: Gains) -> Gains:
+    """The law alone, so that its program is the same whatever the numbers."""
+    return gains.model_copy(update={"proportional": 1.0, "integral": 1.0, "bias": 0.0})
 
 
 def judged_values(
@@ -76,20 +82,17 @@ def judged_values(
     """
     course = scenario.course
 
-    def part(arguments: Any) -> Any:
-        return _values(
-            *arguments,
-            jax.tree.map(jnp.asarray, numbers),
-            course,
-            gains,
-            bank.shape,
-            bank.clock,
-            cost,
-            _cycles(course),
-            derivatives,
-        )
-
-    found, slopes = in_parts(part, bank.arguments(course))
+    found, slopes = in_parts(
+        _values,
+        bank.arguments(course),
+        (numbers, course),
+        gains=_without_numbers(gains),
+        shape=bank.shape,
+        clock=bank.clock,
+        cost=cost,
+        cycles=cycles_of(course),
+        derivatives=derivatives,
+    )
     values = {name: found[:, place] for place, name in enumerate(NAMES)}
     if slopes is None:
         return values, None
