@@ -17,7 +17,7 @@ PRIOR: Final = {"gain": (4.0, 0.7), "cooling": (1 / 50, 1.0), "lag": (1.0, 1.0)}
 heating wire, reaches 90 C in tens of seconds and cools in a minute. K/s, 1/s, s."""
 ASSUMED_SPREAD: Final = 0.2
 """Standard deviation of the logarithm where no runs tell: the same medians, taken for known to 20 %."""
-CELLS: Final = 41
+CELLS: Final = 21
 ZOOMS: Final = 12
 NEGLIGIBLE: Final = 1e-7
 DRAWS: Final = 1000

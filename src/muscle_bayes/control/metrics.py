@@ -145,5 +145,5 @@ def metrics(course: Course, trace: Trace, period: float, cycles: int) -> Metrics
         peak_temperature=peak,
         limit_share=(trace.duty >= FULL_DUTY).any(axis=1).mean(),
         unstable=1.0 * runs_away,
-        unsafe=1.0 * ~(peak <= SAFE_TEMPERATURE),
+        unsafe=1.0 * ~(jnp.isfinite(trace.temperature).all() & (peak <= SAFE_TEMPERATURE)),
     )
