@@ -122,7 +122,10 @@ def markdown(found, notes, sources):
     for row in rows:
         cells = [f"{row[n]['cvar95']:.4f} ({row[n]['run_away']})" for n in names]
         lines.append(f"| {row['scenario']} | {' | '.join(cells)} | {row['chance_lower']:.0%} |")
-    count, price = len(rows), np.mean([r["robust"]["nominal"] - r["point"]["nominal"] for r in rows])
+    count, price = (
+        len(rows),
+        np.mean([r["robust"]["nominal"] - r["point"]["nominal"] for r in rows]),
+    )
     holds = len(lower) >= 7 and len(fewer) == count
     lines += [
         "",

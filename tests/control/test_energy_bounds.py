@@ -59,7 +59,9 @@ def test_a_joint_let_go_in_the_cold_loses_energy(rotor, friction):
 def test_a_rested_joint_does_not_move(joints):
     joint = joints.one()
     start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
-    assert float(joint.plant.force(start.q, start.speed, start.hyst, ROOM)) == pytest.approx(0, abs=1e-9)
+    assert float(joint.plant.force(start.q, start.speed, start.hyst, ROOM)) == pytest.approx(
+        0, abs=1e-9
+    )
     rate = joint.plant.hyst_rate(start.q, start.speed, start.hyst, ROOM)
     assert np.asarray(rate) == pytest.approx(np.zeros(2), abs=1e-9)
 

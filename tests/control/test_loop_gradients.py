@@ -41,7 +41,11 @@ def test_derivatives_through_a_loop_without_rounding_are_those_of_finite_differe
         )
         one = eqx.tree_at(lambda j: j.potentiometer, one, sensor)
         pi = PI(
-            -proportional * 0.0058 * FINE, -integral * 0.0058 * FINE * 0.03, Conditional(), 255, FINE
+            -proportional * 0.0058 * FINE,
+            -integral * 0.0058 * FINE * 0.03,
+            Conditional(),
+            255,
+            FINE,
         )
         law = SplitPI(pi, bias, NoFeed())
         trace = simulate(one, law, course, start, jax.random.key(0), Clock())
@@ -87,8 +91,6 @@ def test_gains_move_the_cost_as_their_surrogate_derivative_says(joints):
 
     at = Numbers(3000.0, 100.0, 5.0)
     for place, step in ((0, 600.0), (2, 2.0)):
-        up, down = (
-            at._replace(**{at._fields[place]: at[place] + sign * step}) for sign in (1, -1)
-        )
+        up, down = (at._replace(**{at._fields[place]: at[place] + sign * step}) for sign in (1, -1))
         difference = (cost(up)[0] - cost(down)[0]) / (2 * step)
         assert cost(at)[1][place] == pytest.approx(difference, rel=0.5)

@@ -29,7 +29,7 @@ def periods_at_the_limit(windup) -> int:
 
 
 def test_without_anti_windup_it_takes_as_long_to_come_back_as_it_was_pushed():
-    # sum = 50 (100 - n) after n periods: -100 + 25 (100 - n) < 255 from n = 86 on, the 85th after the first.
+    # sum = 50 (100 - n) after n periods: -100 + 25 (100 - n) < 255 from n = 86 on: 85 were at it.
     assert periods_at_the_limit(Unlimited()) == 85
 
 

@@ -27,7 +27,9 @@ def robustness(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the figures.")],
     gains: Annotated[
         Path | None,
-        typer.Option(metavar="G.toml", help="Default: PI by the thesis' method, on the mean joint."),
+        typer.Option(
+            metavar="G.toml", help="Default: PI by the thesis' method, on the mean joint."
+        ),
     ] = None,
     heater: HeaterOption = None,
     fixture: FixtureOption = None,

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from muscle_bayes.control.closed_loop import Clock, Trace, simulate, start_of
+from muscle_bayes.control.closed_loop import Clock, simulate, start_of
 from muscle_bayes.control.cost import Cost
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.laws.law import Law

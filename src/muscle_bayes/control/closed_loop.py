@@ -14,6 +14,7 @@ from muscle_bayes.control.rest import at_rest, balanced
 from muscle_bayes.control.rotor import Motion, advance
 from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
+from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.quasistatic import once
@@ -68,8 +69,9 @@ def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
     """
     cold = Drive(jnp.full(2, joint.heater.room), load, jnp.zeros(()))
     rest = at_rest(joint.plant, cold)
-    muscle = joint.plant.side_a.parameters
-    stiffness = joint.plant.side_a.base_length * muscle.K_hyst
+    side = joint.plant.side_a
+    assert isinstance(side, Muscle)
+    muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
     short = tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
     hyst = jnp.where(trained > 0.0, short, rest.hyst)
     return Motion(balanced(joint.plant, hyst, cold), rest.speed, hyst)

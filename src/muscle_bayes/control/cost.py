@@ -31,7 +31,5 @@ class Cost:
         heating = (trace.duty / FULL_DUTY).sum(1).mean()
         hot = jnp.maximum(jnp.max(trace.temperature) - self.warm, 0.0)
         return (
-            jnp.sqrt(error / asked)
-            + self.effort * heating
-            + (hot / (self.safe - self.warm)) ** 2
+            jnp.sqrt(error / asked) + self.effort * heating + (hot / (self.safe - self.warm)) ** 2
         )

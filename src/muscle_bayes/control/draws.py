@@ -70,7 +70,8 @@ class JointDraws:
             chosen = {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
             plant = plant + effect_type(name)(**chosen)
         room = jnp.asarray(self.design.fixture.room_temperature)
-        heater = Heater(*(values[f"heater.{key}"] for key in HEATER), room)
+        tube = {key: values[f"heater.{key}"] for key in HEATER}
+        heater = Heater(**tube, room=room)
         return Joint(plant, heater, *self.design.sensors())
 
     def one(self, index: int = 0) -> Joint:
@@ -117,8 +118,6 @@ def joint_draws(
 def _resampled(flat: dict[str, np.ndarray], count: int, generator) -> dict[str, np.ndarray]:
     """`count` joint draws without replacement; with it only where there are too few."""
     size = len(next(iter(flat.values())))
-    if count <= size:
-        chosen = generator.permutation(size)[:count]
-    else:
-        chosen = generator.integers(size, size=count)
+    enough = count <= size
+    chosen = generator.permutation(size)[:count] if enough else generator.integers(size, size=count)
     return {name: np.asarray(value, float)[chosen] for name, value in flat.items()}

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize
 
 from muscle_bayes.bench.temperature_control import HeaterLaw
 from muscle_bayes.control.certain_duty import Stretch, stretches
@@ -17,9 +18,12 @@ PRIOR: Final = {"gain": (4.0, 0.7), "cooling": (1 / 50, 1.0), "lag": (1.0, 1.0)}
 heating wire, reaches 90 C in tens of seconds and cools in a minute. K/s, 1/s, s."""
 ASSUMED_SPREAD: Final = 0.2
 """Standard deviation of the logarithm where no runs tell: the same medians, taken for known to 20 %."""
-CELLS: Final = 21
-ZOOMS: Final = 12
-NEGLIGIBLE: Final = 1e-7
+CELLS: Final = 25
+WIDENINGS: Final = 12
+NEGLIGIBLE: Final = 1e-3
+"""Most probability that may lie on an edge of the grid."""
+LARGEST_PRODUCT: Final = 0.5
+"""Of cooling rate and lag: a longer lag would be told from cooling by nothing."""
 DRAWS: Final = 1000
 LEAST_NOISE: Final = 0.029
 """Rounding to 0.1 C [C]."""
@@ -111,35 +115,72 @@ class _Linear:
         return self.y - self.matrix(cooling, lag) @ (self.mean + self.sd * best)
 
 
-def _log_prior(name: str, logarithm: np.ndarray) -> np.ndarray:
+def _log_prior(name: str, logarithm: float) -> float:
     median, spread = PRIOR[name]
     return -0.5 * ((logarithm - np.log(median)) / spread) ** 2
 
 
+def _log_density(linear: _Linear, noise: float, log_cooling: float, log_lag: float) -> float:
+    """Log posterior density of both logarithms, up to a constant."""
+    cooling, lag = np.exp(log_cooling), np.exp(log_lag)
+    if cooling * lag > LARGEST_PRODUCT:
+        return -np.inf
+    prior = _log_prior("cooling", log_cooling) + _log_prior("lag", log_lag)
+    return float(linear.posterior(cooling, lag, noise)[2] + prior)
+
+
+def _mode(linear: _Linear, noise: float) -> np.ndarray:
+    """Where the density is highest, looked for from short, middling and long lags."""
+
+    def short_of_all(x: np.ndarray) -> Any:
+        return -max(_log_density(linear, noise, *x), -1e12)
+
+    found = []
+    for lag in (0.05, 0.5, 5.0):
+        start = np.log([PRIOR["cooling"][0], lag])
+        found.append(
+            minimize(
+                short_of_all,
+                start,
+                method="Nelder-Mead",
+                options={"xatol": 1e-5, "fatol": 1e-3, "initial_simplex": start + _SIMPLEX},
+            )
+        )
+    return min(found, key=lambda one: one.fun).x
+
+
+_SIMPLEX: Final = np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
+
+
 def _grid(linear: _Linear, noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Axes of log cooling and log lag that hold all that matters, and the cells' probabilities."""
-    low, high = np.log([1 / 500, 0.01]), np.log([1 / 4, 20.0])
-    for _ in range(ZOOMS):
-        axes = [np.linspace(a, b, CELLS) for a, b in zip(low, high, strict=True)]
-        value = np.full((CELLS, CELLS), -np.inf)
-        for i, c in enumerate(axes[0]):
-            for j, lag in enumerate(axes[1]):
-                # A lag as long as cooling would be told from it by nothing.
-                if np.exp(c + lag) < 0.5:
-                    value[i, j] = linear.posterior(np.exp(c), np.exp(lag), noise)[2]
-        value += _log_prior("cooling", axes[0])[:, None] + _log_prior("lag", axes[1])[None]
+    """Axes of log cooling and log lag about the mode, and the probabilities of their cells.
+
+    Each axis reaches as far as the density along it matters, and is widened while an edge does.
+    """
+    mode = _mode(linear, noise)
+    top = _log_density(linear, noise, *mode)
+    reach = np.zeros((2, 2))
+    for axis in (0, 1):
+        for side, sign in enumerate((-1, 1)):
+            step = 1e-5
+            while step < 3.0:
+                aside = mode.copy()
+                aside[axis] += sign * step
+                if _log_density(linear, noise, *aside) < top - 8.0:
+                    break
+                step *= 1.5
+            reach[axis, side] = step
+    for _ in range(WIDENINGS):
+        axes = [np.linspace(m - r[0], m + r[1], CELLS) for m, r in zip(mode, reach, strict=True)]
+        value = np.array([[_log_density(linear, noise, c, g) for g in axes[1]] for c in axes[0]])
         weight = np.exp(value - value.max())
         weight /= weight.sum()
-        shrunk = False
-        for axis in (0, 1):
-            along = weight.sum(1 - axis)
-            used = np.flatnonzero(along > NEGLIGIBLE)
-            first, last = max(used[0] - 1, 0), min(used[-1] + 1, CELLS - 1)
-            if last - first < CELLS // 2:
-                shrunk = True
-                low[axis], high[axis] = axes[axis][first], axes[axis][last]
-        if not shrunk:
+        edges = np.array(
+            [[weight[0].sum(), weight[-1].sum()], [weight[:, 0].sum(), weight[:, -1].sum()]]
+        )
+        if (edges < NEGLIGIBLE).all():
             break
+        reach = np.where(edges < NEGLIGIBLE, reach, 1.5 * reach)
     return axes[0], axes[1], weight
 
 
@@ -148,10 +189,10 @@ def fit_heater(
 ) -> HeaterPosterior:
     """The heater's posterior from where the bench's law leaves no doubt about its duty.
 
-    Cooling rate and lag lie on a grid that zooms in, everything else is integrated out exactly. The
-    noise is that of the residuals, beside what not knowing the time of a reading makes. Without a stretch at full
-    duty the gain is not told, and stays as `PRIOR` has it. Raises MuscleBayesError where no stretch
-    is found at all.
+    Cooling rate and lag lie on a grid about their mode, everything else is integrated out exactly. The
+    noise is that of the residuals, beside what not knowing the time of a reading makes. Without a
+    stretch at full duty the gain is not told, and stays as `PRIOR` has it. Raises MuscleBayesError
+    where no stretch is found at all.
     """
     found = [one for run in runs for one in stretches(run, law or HeaterLaw())]
     if not found:
@@ -171,8 +212,12 @@ def fit_heater(
     inside = generator.uniform(-0.5, 0.5, (2, draws))
     log_c = cooling[cells // CELLS] + inside[0] * (cooling[1] - cooling[0])
     log_lag = lag[cells % CELLS] + inside[1] * (lag[1] - lag[0])
-    gain = np.array([_gain(linear, c, one, noise, generator) for c, one in zip(
-        np.exp(log_c), np.exp(log_lag), strict=True)])
+    gain = np.array(
+        [
+            _gain(linear, c, one, noise, generator)
+            for c, one in zip(np.exp(log_c), np.exp(log_lag), strict=True)
+        ]
+    )
     told = any(one.full for one in found)
     if not told:
         median, spread = PRIOR["gain"]

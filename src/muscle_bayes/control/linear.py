@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-import control
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+import control
 from muscle_bayes.control.closed_loop import start_of
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.gains import Gains

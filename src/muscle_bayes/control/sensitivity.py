@@ -29,9 +29,7 @@ def _judged(
     return jnp.stack([cost(course, trace), *(getattr(found, name) for name in JUDGED)])
 
 
-@partial(
-    jax.jit, static_argnames=("gains", "shape", "clock", "cost", "cycles", "derivatives")
-)
+@partial(jax.jit, static_argnames=("gains", "shape", "clock", "cost", "cycles", "derivatives"))
 def _values(
     values: Any,
     starts: Any,

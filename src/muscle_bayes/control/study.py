@@ -148,9 +148,7 @@ class RunawayCurve:
 
 
 @double_precision
-def runaway_curve(
-    bank: Bank, gains: Gains, frequencies: Sequence[float] = SWEEP
-) -> RunawayCurve:
+def runaway_curve(bank: Bank, gains: Gains, frequencies: Sequence[float] = SWEEP) -> RunawayCurve:
     """How setpoint sines of rising frequency are followed, each for LONG, by SWEPT_DRAWS at most."""
     law = build_law(gains, bank.draws.design)
     bank = Bank(bank.draws.take(slice(0, SWEPT_DRAWS)), bank.clock, bank.seed)
@@ -162,4 +160,6 @@ def runaway_curve(
         relative = np.quantile(found.tracking_error / asked, INTERVAL)
         rows.append((found.unstable.mean(), found.unsafe.mean(), relative))
     unstable, unsafe, error = zip(*rows, strict=True)
-    return RunawayCurve(np.array(frequencies), np.array(unstable), np.array(unsafe), np.array(error))
+    return RunawayCurve(
+        np.array(frequencies), np.array(unstable), np.array(unsafe), np.array(error)
+    )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import minimize
@@ -142,9 +142,13 @@ def tune(
     for number, place in enumerate(places):
         tried.append(objective.value(scouts, place))
         report("searching", number + 1, effort.starts)
+
+    def sloped(place: np.ndarray) -> Any:
+        return objective.with_gradient(bank, place)
+
     for number, index in enumerate(np.argsort(tried)[: effort.refined]):
         minimize(
-            lambda place: objective.with_gradient(bank, place),
+            sloped,
             places[index],
             jac=True,
             method="L-BFGS-B",

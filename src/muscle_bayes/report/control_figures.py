@@ -1,5 +1,7 @@
 """Responses of a controlled joint in every scenario, with bands over the draws (thesis, Fig. 31-39)."""
 
+from typing import Any, Final
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +13,7 @@ from muscle_bayes.control.study import Robustness, RunawayCurve
 from muscle_bayes.report.bands import draw_bands
 from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, quiet_style
 
-_LEGEND = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
+_LEGEND: Final[Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
 
 
 def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
@@ -24,7 +26,7 @@ def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
         fig = Figure(figsize=(8.0, 1.2 + 1.5 * sum(heights)))
         fig.suptitle(_title(result, scenario), x=0.01, ha="left", fontsize=10)
         axes = fig.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-        _angle(axes[0], time, outcome.angle, course.setpoint[::SHOWN_EVERY])
+        _angle(axes[0], time, outcome.angle, np.asarray(course.setpoint[::SHOWN_EVERY]))
         _temperatures(axes[1], time, outcome.temperature)
         if loaded:
             axes[2].plot(time, 1e3 * course.load[::SHOWN_EVERY], color=BLACK)
@@ -77,7 +79,9 @@ def runaway_figure(curve: RunawayCurve) -> Figure:
         above.axhline(1.0, color=GREY, linestyle=":", label="a joint that stays at zero")
         above.set_ylabel("RMS error / RMS setpoint")
         above.legend(ncols=2, **_LEGEND)
-        below.plot(curve.frequency, curve.unstable, color=VERMILLION, marker="s", label="adds error")
+        below.plot(
+            curve.frequency, curve.unstable, color=VERMILLION, marker="s", label="adds error"
+        )
         below.plot(curve.frequency, curve.unsafe, color=ORANGE, marker="o", label="too hot")
         below.set(ylabel="probability", ylim=(-0.03, 1.03), xlabel="frequency of the setpoint [Hz]")
         below.set_xscale("log")
