@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc real bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc control real bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -53,6 +53,12 @@ data: $(READY) ## write the shipped synthetic runs anew, byte for byte
 REAL ?= ../shared/real
 real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published values (REAL=folder)
 	@$(BIN)/python scripts/published_rigs.py $(REAL)
+
+STUDIED := reports/posteriors
+control: $(READY) ## tune and judge gains over `make study`'s posteriors, write docs/control-*.md (long)
+	@$(BIN)/python scripts/control_findings.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --heater data/sawtooth.csv
+	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
+	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py

@@ -107,9 +107,9 @@ def test_snapshot_gains_have_the_margins_they_promise(joints):
     assert found.stable
     assert found.phase >= 60.0
     assert found.gain >= 2.0
-    faster = gains.model_copy(update={"proportional": 1.2 * gains.proportional})
-    (beyond,) = margins(joints.mean(), faster, 0.08)
-    assert beyond.phase < 61.0 or beyond.gain < 2.1
+    update = {"proportional": 1.5 * gains.proportional, "integral": 2.0 * gains.integral}
+    (beyond,) = margins(joints.mean(), gains.model_copy(update=update), 0.08)
+    assert beyond.phase < 60.0 or beyond.gain < 2.0
 
 
 def test_cascades_have_no_margins_here(joints):

@@ -112,6 +112,8 @@ def sampled_plant(joint: Joint, angle: float, period: float, bias: float = 0.0):
 
 def pi_controller(gains: Gains) -> control.TransferFunction:
     """kp + ki h z / (z - 1) [duty / rad]: the sum includes the newest error, as on the bench."""
+    if gains.integral == 0.0:
+        return control.tf([gains.proportional], [1.0], gains.period)
     kp, ki = gains.proportional, gains.integral * gains.period
     return control.tf([kp + ki, -kp], [1.0, -1.0], gains.period)
 
