@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 import control
 from muscle_bayes.control.closed_loop import start_of
@@ -37,14 +38,14 @@ class OperatingPoint(NamedTuple):
     """-d torque / d angle, HYST and temperatures held [N m / rad]."""
 
 
-def _rates(joint: Joint, bias: float):
+def _rates(joint: Joint, bias: Array):
     """dx/dt of STATES as a function of (x, duty of B); A's excess stays at `bias` [K]."""
     heater, plant = joint.heater, joint.plant
     lag = jnp.maximum(heater.lag, LEAST_LAG)
 
     def rates(x, duty):
         q, speed, excess, power = x[0], x[1], x[4], x[5]
-        temperature = heater.room + jnp.stack([jnp.asarray(bias), excess])
+        temperature = heater.room + jnp.stack([bias, excess])
         drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
         force = plant.force(q, speed, x[2:4], drive)
         hyst = plant.hyst_rate(q, speed, x[2:4], drive)
@@ -56,40 +57,65 @@ def _rates(joint: Joint, bias: float):
     return rates
 
 
+class _Held(NamedTuple):
+    state: Array
+    duty: Array
+    stiffness: Array
+    reachable: Array
+    """Whether any temperature up to HOTTEST_EXCESS balances the torques."""
+
+
+@jax.jit
+def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
+    """The operating point, and whether there is one."""
+    start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
+    plant, heater = joint.plant, joint.heater
+
+    def force(excess: Array, q: Array) -> Array:
+        temperature = heater.room + jnp.stack([bias, excess])
+        drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
+        return plant.force(q, jnp.zeros(()), start.hyst, drive)
+
+    low, high = jnp.zeros(()), jnp.asarray(HOTTEST_EXCESS)
+    reachable = (force(low, angle) < 0.0) & (force(high, angle) > 0.0)
+    excess = bisect(lambda e: -force(e, angle), low, high)
+    stiffness = -jax.grad(force, 1)(excess, angle)
+    duty = heater.holding_duty(excess)
+    turned = jnp.stack([angle, jnp.zeros(())])
+    heat = jnp.stack([excess, duty / FULL_DUTY])
+    return _Held(jnp.concatenate([turned, start.hyst, heat]), duty, stiffness, reachable)
+
+
+@jax.jit
+def _matrices(joint: Joint, held: _Held, bias: Array) -> tuple[Array, Array]:
+    """Derivatives of the rates with respect to state and duty."""
+    return jax.jacfwd(_rates(joint, bias), (0, 1))(held.state, held.duty)
+
+
+def _reached(joint: Joint, angle: float, bias: float) -> _Held:
+    held = _held(joint, jnp.asarray(float(angle)), jnp.asarray(float(bias)))
+    if not bool(held.reachable):
+        raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
+    return held
+
+
 def operating_point(joint: Joint, angle: float, bias: float = 0.0) -> OperatingPoint:
     """Held at `angle` [rad] soon after a step: HYST as it was at rest in the cold.
 
     Raises MuscleBayesError where muscle B cannot hold the angle.
     """
-    start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
-    plant, heater = joint.plant, joint.heater
-
-    def force(excess, q=angle):
-        temperature = heater.room + jnp.stack([jnp.asarray(bias), excess])
-        drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
-        return plant.force(jnp.asarray(q), jnp.zeros(()), start.hyst, drive)
-
-    low, high = jnp.zeros(()), jnp.asarray(HOTTEST_EXCESS)
-    if not float(force(low)) < 0.0 < float(force(high)):
-        raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
-    excess = bisect(lambda e: -force(e), low, high)
-    stiffness = -jax.grad(lambda q: force(excess, q))(jnp.asarray(angle))
-    duty = heater.holding_duty(excess)
-    state = jnp.concatenate(
-        [jnp.asarray([angle, 0.0]), start.hyst, jnp.stack([excess, duty / FULL_DUTY])]
-    )
-    return OperatingPoint(np.asarray(state), float(duty), float(stiffness))
+    held = _reached(joint, angle, bias)
+    return OperatingPoint(np.asarray(held.state), float(held.duty), float(held.stiffness))
 
 
 def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateSpace:
     """From the duty of muscle B to the angle [rad], about an operating point.
 
     Dry friction has no linearisation and is left out: a joint that sticks moves less than this says.
-    Temperature filters among the effects are left out as well.
+    Temperature filters among the effects are left out as well. Raises as `operating_point`.
     """
-    point = operating_point(joint, angle, bias)
-    rates, x = _rates(joint, bias), jnp.asarray(point.state)
-    a, b = jax.jacfwd(rates, (0, 1))(x, jnp.asarray(point.duty))
+    held = _reached(joint, angle, bias)
+    a, b = _matrices(joint, held, jnp.asarray(float(bias)))
     c = np.eye(1, len(STATES))
     return control.ss(
         np.asarray(a),
