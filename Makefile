@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table real calibration trial bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table control real calibration trial bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -60,6 +60,12 @@ calibration: $(READY) ## simulation-based calibration, 200 data sets each (an ho
 	@$(BIN)/muscle-bayes sbc data/spring-*.csv --out $(CALIBRATION)/fixture
 	@$(BIN)/muscle-bayes sbc data/staircase-*.csv --given $(CALIBRATION)/fixture.nc --measured --out $(CALIBRATION)/muscle
 	@$(BIN)/python scripts/write_calibration_doc.py $(CALIBRATION)
+
+STUDIED := reports/posteriors
+control: $(READY) ## tune and judge gains over `make study`'s posteriors, write docs/control-*.md (long)
+	@$(BIN)/python scripts/control_findings.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --heater data/sawtooth.csv
+	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
+	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py

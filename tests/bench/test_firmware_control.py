@@ -2,6 +2,9 @@
 
 import subprocess
 
+import jax
+import jax.numpy as jnp
+import numpy as np
 import pytest
 from host_firmware import HostFirmware
 from hypothesis import given, settings
@@ -9,6 +12,11 @@ from hypothesis import strategies as st
 
 from muscle_bayes.bench.protocol import Error, Fault, encode
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
+from muscle_bayes.control.laws.feed import NoFeed
+from muscle_bayes.control.laws.law import Measured
+from muscle_bayes.control.laws.pi import PI
+from muscle_bayes.control.laws.split import SplitPI
+from muscle_bayes.control.laws.windup import Conditional
 from muscle_bayes.twin import Element, Rig
 
 PERIOD_MS, KP, KI, BIAS = 20, -5000, -800, 12
@@ -69,6 +77,25 @@ def test_the_law_is_the_stated_one(tuned, setpoint, readings):
         hold(board, setpoint)
         board.tick(PERIOD_MS - 1)
     assert duties == pi(readings, setpoint)
+
+
+def test_the_control_study_simulates_this_law_digit_for_digit(tuned):
+    readings = [int(500 + 90 * np.sin(n / 7) + n % 3) for n in range(120)]
+    board = HostFirmware(tuned)
+    board.sample(0, readings[0])
+    hold(board, 520)
+    with jax.enable_x64(True):
+        pi_law = PI(jnp.asarray(KP / 2**8), jnp.asarray(KI / 2**16), Conditional())
+        law = SplitPI(pi_law, jnp.asarray(float(BIAS)), NoFeed())
+        state = law.initial()
+        for reading in readings:
+            board.sample(0, reading)
+            board.tick(1)
+            seen = Measured(jnp.asarray(520.0), jnp.asarray(float(reading)), jnp.zeros(2))
+            state, duty = law.update(state, seen)
+            assert tuple(map(int, duty)) == board.duties
+            hold(board, 520)
+            board.tick(PERIOD_MS - 1)
 
 
 def test_without_gains_nothing_is_held(firmware):

@@ -14,11 +14,13 @@ from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
+from muscle_bayes.cli.robustness import robustness
 from muscle_bayes.cli.sbc import sbc
 from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
 from muscle_bayes.cli.trial import trial
+from muscle_bayes.cli.tune import tune
 
 app = typer.Typer(
     name="muscle-bayes",
@@ -56,6 +58,8 @@ app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))
 app.command("record")(guarded(record))
 app.command("bench-test")(guarded(bench_test))
+app.command("robustness")(guarded(robustness))
+app.command("tune")(guarded(tune))
 app.command("sbc")(guarded(sbc))
 app.command("trial")(guarded(trial))
 app.command("study")(guarded(study))

@@ -1,0 +1,1 @@
+"""Control of an antagonistic joint, judged and tuned over every posterior draw."""

@@ -1,0 +1,136 @@
+"""The loop closed: sensors, law, heaters, rotor and muscles, period after period."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.control.heater import HeaterState
+from muscle_bayes.control.joint import Joint
+from muscle_bayes.control.laws.law import Law, Measured
+from muscle_bayes.control.rest import at_rest, balanced
+from muscle_bayes.control.rotor import Motion, advance
+from muscle_bayes.control.rounding import rounded
+from muscle_bayes.control.scenario import Course
+from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.quasistatic import once
+from muscle_bayes.physics.springs import tensile_strain
+
+TRAINING_TENSION = 0.060 * 9.80665 * 0.0889 / 0.030
+"""Tension of a muscle in training: 60 g on the disc of the bench's fixture [N]."""
+
+
+class Clock(eqx.Module):
+    """Control period [s] and the number of steps in which plant and muscles cross it."""
+
+    period: float = eqx.field(static=True, default=0.03)
+    substeps: int = eqx.field(static=True, default=3)
+
+    @property
+    def step(self) -> float:
+        """s"""
+        return self.period / self.substeps
+
+
+class Trace(NamedTuple):
+    """What a loop did, one value a period, at its start; duty is that of the period."""
+
+    angle: Float[Array, " period"]
+    """True angle [rad]."""
+    temperature: Float[Array, "period 2"]
+    """C"""
+    duty: Float[Array, "period 2"]
+    """0 to 255"""
+    hyst: Float[Array, "period 2"]
+
+
+class _Loop(NamedTuple):
+    """State of plant, sensors and law."""
+
+    motion: Motion
+    heat: HeaterState
+    lagged: tuple[Float[Array, "2"], ...]
+    """Temperatures behind each temperature filter of the plant [C]."""
+    late: Float[Array, " delay"]
+    """Readings that the controller has not seen yet, oldest first."""
+    held: Float[Array, "2"]
+    """Thermocouples' readings [C]."""
+    law: Any
+
+
+def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
+    """At rest and cold: muscles that have relaxed in the joint, or that come from training.
+
+    Training at a small load leaves HYST short; mounted, it creeps towards the joint's tension.
+    """
+    cold = Drive(jnp.full(2, joint.heater.room), load, jnp.zeros(()))
+    rest = at_rest(joint.plant, cold)
+    side = joint.plant.side_a
+    assert isinstance(side, Muscle)
+    muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
+    short = tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
+    hyst = jnp.where(trained > 0.0, short, rest.hyst)
+    return Motion(balanced(joint.plant, hyst, cold), rest.speed, hyst)
+
+
+def simulate(
+    joint: Joint, law: Law, course: Course, start: Motion, key: Array, clock: Clock
+) -> Trace:
+    """The closed loop over a course, from rest at `start` with cold heaters.
+
+    Each period: the potentiometer is read, the law sees its reading of `delay` periods ago and the
+    thermocouples' last, duties are set, and heaters, rotor and HYST go on for one period. Everything
+    is differentiable in the law's and the joint's numbers; rounding has the derivative of the
+    identity (`rounding`), sticking that of the branch taken.
+    """
+    plant, room, step = joint.plant, joint.heater.room, clock.step
+    heat_step = joint.heater.step(step)
+    sensor, meter = joint.potentiometer, joint.thermocouples
+    count = course.setpoint.shape[0]
+    noise = course.disturbed * jax.random.normal(key, (count, 2))
+    setpoint = rounded(sensor.counts(course.setpoint))
+    filters = plant.temperature_filters
+    renewed = jnp.arange(count) % meter.every == 0
+
+    def cross(loop: _Loop, load: Scalar, duty: Float[Array, "2"]) -> _Loop:
+        motion, heat, lagged = loop.motion, loop.heat, loop.lagged
+        for _ in range(clock.substeps):
+            before, heat = room + heat.excess, heat_step(heat, duty)
+            after = room + heat.excess
+            memories = []
+            for one, memory in zip(filters, lagged, strict=True):
+                advanced = one.advance(memory, before, after, jnp.asarray(step))
+                memories.append(advanced)
+                before, after = memory, advanced
+            lagged = tuple(memories)
+            drive = Drive(0.5 * (before + after), load, jnp.zeros(()))
+            motion = once(advance(plant, motion, drive, step))
+        return loop._replace(motion=motion, heat=heat, lagged=lagged)
+
+    def period(loop: _Loop, now: tuple) -> tuple[_Loop, Trace]:
+        aim, load, disturbance, renew = now
+        temperature = room + loop.heat.excess
+        reading = sensor.read(loop.motion.q, disturbance[0])
+        late = jnp.concatenate([loop.late, reading[None]])
+        held = jnp.where(renew, meter.read(temperature, disturbance[1]), loop.held)
+        state, duty = law.update(loop.law, Measured(aim, late[0], held))
+        seen = Trace(loop.motion.q, temperature, duty, loop.motion.hyst)
+        loop = loop._replace(late=late[1:], held=held, law=state)
+        return cross(loop, load, duty), seen
+
+    cold = jnp.full(2, room)
+    first = sensor.read(start.q, jnp.zeros(()))
+    loop = _Loop(
+        start,
+        HeaterState(jnp.zeros(2), jnp.zeros(2)),
+        tuple(cold for _ in filters),
+        jnp.repeat(first, sensor.delay),
+        cold,
+        law.initial(),
+    )
+    _, trace = jax.lax.scan(period, loop, (setpoint, course.load, noise, renewed))
+    return trace

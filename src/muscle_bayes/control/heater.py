@@ -1,0 +1,66 @@
+"""Heater tube: power that follows the duty late, Newton cooling."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.physics.linkage import Scalar
+
+FULL_DUTY = 255.0
+"""PWM's full scale."""
+
+Both = Float[Array, "2"]
+"""One value for side A, one for side B."""
+
+
+class HeaterState(NamedTuple):
+    """State of both tubes."""
+
+    power: Both
+    """Heating as a share of full power."""
+    excess: Both
+    """Temperature above the room [K]."""
+
+
+class Heater(eqx.Module):
+    """lag p' = duty / 255 - p,   T' = gain p - cooling (T - T_room)
+
+    gain [K/s at full duty], cooling [1/s], lag [s], room [C]. Both tubes are alike. The thesis has the
+    same law without the lag.
+    """
+
+    gain: Scalar
+    cooling: Scalar
+    lag: Scalar
+    room: Scalar
+
+    def step(self, duration: float) -> "HeaterStep":
+        """The exact solution over `duration` [s] of constant duty; the lag must not be 1 / cooling."""
+        cools = jnp.exp(-self.cooling * duration)
+        positive = self.lag > 0.0
+        lags = jnp.where(positive, jnp.exp(-duration / jnp.where(positive, self.lag, 1.0)), 0.0)
+        heats = self.gain * (1.0 - cools) / self.cooling
+        late = self.gain * self.lag * (cools - lags) / (1.0 - self.cooling * self.lag)
+        return HeaterStep(lags, cools, heats, late)
+
+    def holding_duty(self, excess: Scalar) -> Scalar:
+        """Duty that holds a temperature `excess` [K] above the room."""
+        return FULL_DUTY * self.cooling * excess / self.gain
+
+
+class HeaterStep(NamedTuple):
+    """Coefficients of the exact step; see `Heater.step`."""
+
+    lags: Scalar
+    cools: Scalar
+    heats: Scalar
+    late: Scalar
+
+    def __call__(self, state: HeaterState, duty: Both) -> HeaterState:
+        """Both tubes after the step at `duty` (0 to 255)."""
+        aim = duty / FULL_DUTY
+        behind = state.power - aim
+        excess = self.cools * state.excess + self.heats * aim + self.late * behind
+        return HeaterState(aim + self.lags * behind, excess)

@@ -1,0 +1,209 @@
+"""The joint and its loop, linearised: state space, loop gain and margins, for python-control."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+import control
+from muscle_bayes.control.closed_loop import start_of
+from muscle_bayes.control.draws import JointDraws
+from muscle_bayes.control.gains import Gains
+from muscle_bayes.control.heater import FULL_DUTY
+from muscle_bayes.control.joint import Joint
+from muscle_bayes.control.rest import bisect
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.physics.plant import Drive
+
+LEAST_LAG = 1e-3
+"""A lag below this is taken for it, so that the state space has the same order [s]."""
+STATES = ("angle", "speed", "hyst_a", "hyst_b", "excess_b", "power_b")
+SLOWEST, FREQUENCIES = 1e-3, 1500
+"""Lowest frequency [rad/s] and number of frequencies at which a loop gain is looked at."""
+HOTTEST_EXCESS = 200.0
+"""How far above the room the temperature is looked for that holds an angle [K]."""
+
+
+class OperatingPoint(NamedTuple):
+    """Where the joint is held by heating muscle B, A being at bias."""
+
+    state: np.ndarray
+    """In the order of STATES."""
+    duty: float
+    """Of muscle B."""
+    stiffness: float
+    """-d torque / d angle, HYST and temperatures held [N m / rad]."""
+
+
+def _rates(joint: Joint, bias: Array):
+    """dx/dt of STATES as a function of (x, duty of B); A's excess stays at `bias` [K]."""
+    heater, plant = joint.heater, joint.plant
+    lag = jnp.maximum(heater.lag, LEAST_LAG)
+
+    def rates(x, duty):
+        q, speed, excess, power = x[0], x[1], x[4], x[5]
+        temperature = heater.room + jnp.stack([bias, excess])
+        drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
+        force = plant.force(q, speed, x[2:4], drive)
+        hyst = plant.hyst_rate(q, speed, x[2:4], drive)
+        heats = heater.gain * power - heater.cooling * excess
+        gains = (duty / FULL_DUTY - power) / lag
+        rotor = jnp.stack([speed, force / plant.inertia(drive.load)])
+        return jnp.concatenate([rotor, hyst, jnp.stack([heats, gains])])
+
+    return rates
+
+
+class _Held(NamedTuple):
+    state: Array
+    duty: Array
+    stiffness: Array
+    reachable: Array
+    """Whether any temperature up to HOTTEST_EXCESS balances the torques."""
+
+
+@jax.jit
+def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
+    """The operating point, and whether there is one."""
+    start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
+    plant, heater = joint.plant, joint.heater
+
+    def force(excess: Array, q: Array) -> Array:
+        temperature = heater.room + jnp.stack([bias, excess])
+        drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
+        return plant.force(q, jnp.zeros(()), start.hyst, drive)
+
+    low, high = jnp.zeros(()), jnp.asarray(HOTTEST_EXCESS)
+    reachable = (force(low, angle) < 0.0) & (force(high, angle) > 0.0)
+    excess = bisect(lambda e: -force(e, angle), low, high)
+    stiffness = -jax.grad(force, 1)(excess, angle)
+    duty = heater.holding_duty(excess)
+    turned = jnp.stack([angle, jnp.zeros(())])
+    heat = jnp.stack([excess, duty / FULL_DUTY])
+    return _Held(jnp.concatenate([turned, start.hyst, heat]), duty, stiffness, reachable)
+
+
+@jax.jit
+def _matrices(joint: Joint, held: _Held, bias: Array) -> tuple[Array, Array]:
+    """Derivatives of the rates with respect to state and duty."""
+    return jax.jacfwd(_rates(joint, bias), (0, 1))(held.state, held.duty)
+
+
+def _reached(joint: Joint, angle: float, bias: float) -> _Held:
+    held = _held(joint, jnp.asarray(float(angle)), jnp.asarray(float(bias)))
+    if not bool(held.reachable):
+        raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
+    return held
+
+
+def operating_point(joint: Joint, angle: float, bias: float = 0.0) -> OperatingPoint:
+    """Held at `angle` [rad] soon after a step: HYST as it was at rest in the cold.
+
+    Raises MuscleBayesError where muscle B cannot hold the angle.
+    """
+    held = _reached(joint, angle, bias)
+    return OperatingPoint(np.asarray(held.state), float(held.duty), float(held.stiffness))
+
+
+def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateSpace:
+    """From the duty of muscle B to the angle [rad], about an operating point.
+
+    Dry friction has no linearisation and is left out: a joint that sticks moves less than this says.
+    Temperature filters among the effects are left out as well. Raises as `operating_point`.
+    """
+    held = _reached(joint, angle, bias)
+    a, b = _matrices(joint, held, jnp.asarray(float(bias)))
+    c = np.eye(1, len(STATES))
+    return control.ss(
+        np.asarray(a),
+        np.asarray(b)[:, None],
+        c,
+        [[0.0]],
+        states=list(STATES),
+        inputs=["duty_b"],
+        outputs=["angle"],
+    )
+
+
+def sampled_plant(joint: Joint, angle: float, period: float, bias: float = 0.0):
+    """`state_space` as the controller sees it: held duty, readings late by the sensor's delay."""
+    plant = control.sample_system(state_space(joint, angle, bias), period, "zoh")
+    delay = joint.potentiometer.delay
+    late = control.tf([1.0], [1.0] + [0.0] * delay, period)
+    return plant * control.ss(late) if delay else plant
+
+
+def pi_controller(gains: Gains) -> control.TransferFunction:
+    """kp + ki h z / (z - 1) [duty / rad]: the sum includes the newest error, as on the bench."""
+    if gains.integral == 0.0:
+        return control.tf([gains.proportional], [1.0], gains.period)
+    kp, ki = gains.proportional, gains.integral * gains.period
+    return control.tf([kp + ki, -kp], [1.0, -1.0], gains.period)
+
+
+class Margins(NamedTuple):
+    """Of one draw's loop."""
+
+    gain: float
+    """Factor by which the loop gain may grow; infinite where it may grow for ever."""
+    phase: float
+    """deg"""
+    crossover: float
+    """rad/s"""
+    stable: bool
+    """Whether the closed loop's poles lie inside the unit circle."""
+
+
+def margins_of(plant: control.StateSpace, gains: Gains) -> Margins:
+    """Margins of a sampled plant under PI gains."""
+    loop = plant * control.ss(pi_controller(gains))
+    frequencies = np.geomspace(SLOWEST, np.pi / gains.period, FREQUENCIES)
+    response = control.frd(loop, frequencies)
+    gain, phase, _, _, crossover, _ = control.stability_margins(response)
+    poles = control.feedback(loop, 1).poles()
+    stable = bool(np.all(np.abs(poles) < 1.0))
+    return Margins(float(gain), float(phase), float(crossover), stable)
+
+
+@double_precision
+def margins(draws: JointDraws, gains: Gains, angle: float, count: int = 50) -> list[Margins]:
+    """Margins of the first `count` draws' loops held at an angle; laws other than PI have none here."""
+    if gains.law == "cascade":
+        raise MuscleBayesError("margins are told of PI laws only; a cascade has two loops")
+    number = min(count, len(draws))
+    plants = (sampled_plant(draws.one(i), angle, gains.period) for i in range(number))
+    return [margins_of(plant, gains) for plant in plants]
+
+
+PHASE_MARGIN, GAIN_MARGIN = 60.0, 2.0
+INTEGRAL_SHARE = 0.1
+"""Corner of the integral, share of the crossover."""
+
+
+@double_precision
+def snapshot_gains(draws: JointDraws, angle: float, *, period_ms: int = 30) -> Gains:
+    """PI tuned as the thesis did: on one joint linearised near the end of a step's response.
+
+    The thesis prints no gains; a tool chose them "for a high-speed controller". Here: the fastest
+    crossover with a phase margin of 60 degrees and a gain margin of 2, for the mean of the draws.
+    """
+    plant = sampled_plant(draws.mean().one(), angle, period_ms / 1000.0)
+    chosen = None
+    for crossover in np.geomspace(0.02, 0.5 * np.pi / (period_ms / 1000.0), 80):
+        response = complex(plant(np.exp(1j * crossover * period_ms / 1000.0)))
+        kp = float(1.0 / abs(response) / np.hypot(1.0, INTEGRAL_SHARE))
+        gains = Gains(
+            law="pi",
+            period_ms=period_ms,
+            proportional=kp,
+            integral=kp * INTEGRAL_SHARE * float(crossover),
+        )
+        found = margins_of(plant, gains)
+        if found.stable and found.phase >= PHASE_MARGIN and found.gain >= GAIN_MARGIN:
+            chosen = gains
+    if chosen is None:
+        raise MuscleBayesError("no PI gains reach 60 degrees and a factor of 2 on this joint")
+    return chosen

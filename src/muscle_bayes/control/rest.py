@@ -1,0 +1,54 @@
+"""Where a joint rests in the cold: HYST relaxed, torques balanced."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from muscle_bayes.control.rotor import Motion
+from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.plant import Drive, Plant
+
+HALVINGS = 48
+LONGEST_HYST = 3.0
+"""Strain beyond which no relaxed HYST is looked for."""
+
+
+def bisect(falls, low, high):
+    """Where `falls`, positive at low and negative at high, changes sign; elementwise."""
+
+    def halve(_, ends):
+        low, high = ends
+        middle = 0.5 * (low + high)
+        above = falls(middle) > 0.0
+        return jnp.where(above, middle, low), jnp.where(above, high, middle)
+
+    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
+    return 0.5 * (low + high)
+
+
+def relaxed_hyst(plant: Plant, q: Scalar, drive: Drive) -> Float[Array, "2"]:
+    """sigma_hyst of both sides at which HYST no longer moves while the rotor is held at q."""
+    still = jnp.zeros_like(q)
+    low, high = jnp.zeros(2), jnp.full(2, LONGEST_HYST)
+    return bisect(lambda hyst: plant.hyst_rate(q, still, hyst, drive), low, high)
+
+
+def balanced(plant: Plant, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
+    """Angle [rad] at which the torques balance while HYST is held."""
+    low, high = plant.stops
+    still = jnp.zeros(())
+    return bisect(
+        lambda q: plant.force(q, still, hyst, drive), jnp.asarray(low) * 1.0, jnp.asarray(high)
+    )
+
+
+def at_rest(plant: Plant, drive: Drive) -> Motion:
+    """The state that a joint left alone for long comes to."""
+    low, high = plant.stops
+    still = jnp.zeros(())
+
+    def force(q):
+        return plant.force(q, still, relaxed_hyst(plant, q, drive), drive)
+
+    q = bisect(force, jnp.asarray(low) * 1.0, jnp.asarray(high) * 1.0)
+    return Motion(q, still, relaxed_hyst(plant, q, drive))

@@ -1,0 +1,126 @@
+"""The closed loop against SciPy's integrator and against the twin, whose code is not ours."""
+
+import numpy as np
+import pytest
+from loops import PERIOD, IntegerPI, joint_of, loop
+from published import COIL_CONTACT, HEATER, TABLE_1_COULOMB, TABLE_1_LINEAR, TABLE_2
+from scipy.integrate import solve_ivp
+
+from muscle_bayes.control.design import Design
+from muscle_bayes.control.gains import Gains
+from muscle_bayes.control.header import bench_gains, on_the_bench
+from muscle_bayes.control.scenarios import course_of
+from muscle_bayes.twin.bench import Bench
+from muscle_bayes.twin.parameters import Truth
+from muscle_bayes.twin.rig import Element, Rig
+
+GAINS = on_the_bench(Gains(proportional=4000.0, integral=300.0, bias=10.0), Design())
+COUNT = 600
+
+
+def course():
+    """A step, and a load that jumps."""
+    time = PERIOD * np.arange(COUNT)
+    return course_of(np.where(time > 1.0, 0.06, 0.0), np.where(time > 12.0, 0.015, 0.0))
+
+
+def counts(angle: float) -> int:
+    return int(np.rint(512.0 + angle / 0.0058))
+
+
+def spring(strain, stiffness, minimum):
+    """Eq. 13 and 14."""
+    return minimum * np.clip(strain / 1e-3, 0, 1) + stiffness * np.maximum(strain - 1e-3, 0.0)
+
+
+def rates(state, duty, mass, contact):
+    """The joint's equations (FACTS' 7-10, 13-17, heater tubes), written anew; lag 0."""
+    p = TABLE_2
+    q, speed, hyst, excess = state[0], state[1], state[2:4], state[4:6]
+    mirror = np.array([1.0, -1.0])
+    across = 0.115 + mirror * 0.03 * np.sin(q)
+    along = 0.03 - 0.03 * np.cos(q)
+    length = np.hypot(along, across)
+    strain = length / 0.1 - 1.0
+    temperature = 25.0 + excess
+    offset = p["A"] * temperature**2 + p["B"] * temperature + p["C"]
+    modulus = spring(strain - offset - hyst, 0.1 * p["K_modulus"], p["F_modulus_min"])
+    pull = modulus
+    if contact:
+        over = strain - COIL_CONTACT["coil-contact.onset"]
+        pull = modulus + COIL_CONTACT["coil-contact.stiffness"] * np.minimum(over, 0.0)
+    lever = (along * 0.03 * np.sin(q) + across * mirror * 0.03 * np.cos(q)) / length
+    torque = mass * 9.80665 * 0.0889 - pull @ lever - TABLE_1_LINEAR["D"] * speed
+    damper = p["H"] * (temperature + p["T_hyst_offset"])
+    relax = (modulus - spring(hyst, 0.1 * p["K_hyst"], p["F_hyst_min"])) / (0.1 * damper)
+    heat = 4.5 * np.asarray(duty) / 255 - excess / 48
+    inertia = TABLE_1_LINEAR["J"] + mass * 0.0889**2
+    return np.concatenate([[speed, torque / inertia], relax, heat])
+
+
+@pytest.mark.parametrize("contact", [False, True])
+def test_loop_agrees_with_an_adaptive_integrator(contact):
+    effects = ("coil-contact",) if contact else ()
+    values = TABLE_1_LINEAR | TABLE_2 | HEATER | (COIL_CONTACT if contact else {})
+    joint, imposed = joint_of(values, effects=effects), course()
+    trace = loop(joint, GAINS, imposed)
+
+    found = bench_gains(GAINS, Design())
+    law = IntegerPI(found.kp, found.ki, found.bias)
+    state = np.r_[trace.angle[0], 0.0, trace.hyst[0], 0.0, 0.0]
+    seen = counts(state[0])
+    states = []
+    for setpoint, mass in zip(imposed.setpoint, imposed.load, strict=True):
+        states.append(state)
+        duty = law(counts(setpoint), seen)
+        seen = counts(state[0])
+        solved = solve_ivp(
+            lambda t, x, duty=duty, mass=mass: rates(x, duty, mass, contact),
+            (0.0, PERIOD),
+            state,
+            method="DOP853",
+            rtol=1e-9,
+            atol=1e-11,
+        )
+        state = solved.y[:, -1]
+    expected = np.array(states)
+    assert np.abs(expected[:, 0]).max() > 0.05  # it moved
+    # A tenth of a count; touching coils are stiff, and ring faster when the load jumps.
+    assert trace.angle == pytest.approx(expected[:, 0], abs=1.5e-3 if contact else 6e-4)
+    assert np.sqrt(np.mean((trace.angle - expected[:, 0]) ** 2)) < 1.5e-4
+    assert trace.hyst == pytest.approx(expected[:, 2:4], abs=2e-5)
+    assert trace.temperature - 25.0 == pytest.approx(expected[:, 4:6], abs=0.3)
+
+
+def test_loop_agrees_with_the_twin_where_dry_friction_sticks():
+    imposed = course()
+    joint = joint_of(TABLE_1_COULOMB | TABLE_2 | HEATER, friction="coulomb")
+    trace = loop(joint, GAINS, imposed)
+    rig = Rig(element_b=Element(kind="muscle"), truth=Truth())
+    bench = Bench(rig, load=0.0, hyst=float(trace.hyst[0, 0]))
+    bench.place(float(trace.angle[0]))
+    found = bench_gains(GAINS, Design())
+    law = IntegerPI(found.kp, found.ki, found.bias)
+    seen, angles, mass = counts(bench.rotor.angle), [], 0.0
+    for setpoint, load in zip(imposed.setpoint, imposed.load, strict=True):
+        angles.append(bench.rotor.angle)
+        if load != mass:
+            bench.rotor.hang(load)
+            mass = load
+        duties = law(counts(setpoint), seen)
+        seen = counts(bench.rotor.angle)
+        for channel, duty in zip(bench.channels, duties, strict=True):
+            channel.pwm = duty
+        bench.advance(PERIOD)
+    assert np.ptp(angles) > 0.05
+    # Within the dead band of friction, +-0.016 rad, where it sticks hangs on details of the last swing.
+    assert np.sqrt(np.mean((trace.angle - angles) ** 2)) < 1.5e-3
+    assert trace.angle == pytest.approx(np.array(angles), abs=6e-3)
+
+
+def test_finer_steps_change_nothing_that_counts_and_converge():
+    joint, imposed = joint_of(TABLE_1_LINEAR | TABLE_2 | HEATER), course()
+    coarse, usual, fine = (loop(joint, GAINS, imposed, n).angle for n in (1, 3, 9))
+    first, second = np.abs(coarse - fine).max(), np.abs(usual - fine).max()
+    assert second < 6e-4
+    assert second < first / 5.0  # second order: a ninth
