@@ -152,6 +152,14 @@ class TemperatureFilter(eqx.Module):
         Intervals of no length are padding.
         """
 
+    def advance(self, late: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
+        """The muscle's temperature [C] where nothing is logged but the plant runs on, `late` having
+        been `duration` [s] ago, while the input went straight from before to after.
+
+        As it is, unless said: what shifts a log does not delay a plant.
+        """
+        return after
+
     @classmethod
     def off(cls) -> "TemperatureFilter":
         """The effect with every parameter at its off value."""

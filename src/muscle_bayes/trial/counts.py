@@ -114,7 +114,9 @@ def reliability(outcomes: Sequence[Mapping[str, Any]]) -> tuple[list[Bin], float
     given, came = np.array(said, float), np.array(true, float)
     owner = np.minimum((given * BINS).astype(int), BINS - 1)
     found = [
-        Bin(float(given[owner == k].mean()), float(came[owner == k].mean()), int((owner == k).sum()))
+        Bin(
+            float(given[owner == k].mean()), float(came[owner == k].mean()), int((owner == k).sum())
+        )
         for k in range(BINS)
         if np.any(owner == k)
     ]

@@ -37,10 +37,10 @@ class ThermalLag(TemperatureFilter):
     ) -> Float[Array, " node"]:
         """From steady state at the first node."""
         ends = course[:-1], course[1:], jnp.diff(time)
-        _, rest = jax.lax.scan(lambda late, step: (self._after(late, *step),) * 2, course[0], ends)
+        _, rest = jax.lax.scan(lambda late, step: (self.advance(late, *step),) * 2, course[0], ends)
         return jnp.concatenate([course[:1], rest])
 
-    def _after(self, late: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
+    def advance(self, late: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
         tau = jnp.asarray(self.time_constant)
         moving = duration > 0.0
         slope = jnp.where(moving, (after - before) / jnp.where(moving, duration, 1.0), 0.0)
