@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, cho_solve
 
 from muscle_bayes.discovery.conditions import Trace, traces
@@ -81,57 +82,90 @@ def without_misfit(nested: Nested, fitted: Fitted) -> Fitted:
 
 
 def locate(nested: Nested, fitted: Fitted, seed: int) -> MisfitMap:
-    """Windows of all lengths, in every run, against data sets that the model itself would give.
-
-    Errors e, standardised by the noise, keep the part that parameters cannot absorb:
-    e - S (S'S + P)^-1 S'e, with slopes S and prior precision P. Each window's sum of squares is
-    compared with that of REPLICATES such sets of standard normal errors; its p-value is the share of
-    them in which any window of any run is as extreme (Westfall and Young, 1993).
-    """
+    """Windows of all lengths, in every run, against data sets that the model itself would give."""
     judged = without_misfit(nested, fitted)
     lines = [_settled(line) for line in traces(nested, judged)]
     order = np.concatenate([line.place for line in lines])
     free = np.array([not _is_noise(name) for name in nested.shared_names()])
     free = np.concatenate([free, np.ones(judged.used - free.size, bool)])
-    slopes, errors = judged.jacobian[order][:, free], judged.errors[order]
-    factor = cho_factor(judged.information[np.ix_(free, free)])
+    found = scan(
+        judged.errors[order],
+        judged.jacobian[order][:, free],
+        judged.information[np.ix_(free, free)],
+        [line.time.size for line in lines],
+        seed,
+    )
+    chosen = _apart(found)
+    sums = [found.excess[found.start[i] : found.end[i]].sum() for i in chosen]
+    whole = max(found.excess.sum(), sum(sums), 1e-12)
+    windows = tuple(_told(lines, found, index, whole) for index in chosen)
+    return MisfitMap(windows, float(found.p_value.min()), float(found.excess.sum()), tuple(lines))
+
+
+class Scan(NamedTuple):
+    """Every window's excess."""
+
+    start: Int[np.ndarray, " window"]
+    """First error of the window, all runs one after the other."""
+    end: Int[np.ndarray, " window"]
+    """Last error, plus one."""
+    run: Int[np.ndarray, " window"]
+    score: Float[np.ndarray, " window"]
+    """Sum of squares above its mean without misfit, in its standard deviations."""
+    p_value: Float[np.ndarray, " window"]
+    """Share of data sets without misfit in which any window scores as high."""
+    excess: Float[np.ndarray, " error"]
+    """Squared errors beyond what is expected."""
+
+
+def scan(
+    errors: Float[np.ndarray, " error"],
+    slopes: Float[np.ndarray, "error n"],
+    information: Float[np.ndarray, "n n"],
+    sizes: Sequence[int],
+    seed: int,
+) -> Scan:
+    """Judge windows of all lengths in runs of these sizes.
+
+    Standardised errors e keep the part that parameters cannot absorb: e - S (S'S + P)^-1 S'e, with
+    slopes S and S'S + P the information. Each window's sum of squares is compared with that of
+    REPLICATES sets of standard normal errors; its p-value is the share of them in which any window of
+    any run is as extreme. Source: Westfall and Young, Resampling-Based Multiple Testing (1993).
+    """
+    factor = cho_factor(information)
 
     def left(values: np.ndarray) -> np.ndarray:
         return values - slopes @ cho_solve(factor, slopes.T @ values)
 
     rng = np.random.default_rng(seed)
-    null = left(rng.standard_normal((order.size, REPLICATES))) ** 2
+    null = left(rng.standard_normal((errors.size, REPLICATES))) ** 2
     seen = left(errors) ** 2
-    starts, ends, owner = _windows([line.time.size for line in lines])
+    start, end, run = _windows(sizes)
     sums = np.vstack([np.zeros(REPLICATES), np.cumsum(null, axis=0)])
-    null_sums = sums[ends] - sums[starts]
+    null_sums = sums[end] - sums[start]
     total = np.concatenate([[0.0], np.cumsum(seen)])
-    seen_sums = total[ends] - total[starts]
     centre, spread = null_sums.mean(axis=1), null_sums.std(axis=1) + 1e-12
     extreme = ((null_sums - centre[:, None]) / spread[:, None]).max(axis=0)
-    score = (seen_sums - centre) / spread
-    p_values = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (REPLICATES + 1)
-    excess = seen - null.mean(axis=1)
-    chosen = _apart(score, p_values, starts, ends)
-    positive = max(excess.sum(), sum(excess[starts[i] : ends[i]].sum() for i in chosen), 1e-12)
-    windows = []
-    for index in chosen:
-        line, begun = lines[owner[index]], int(starts[index] - _offset(lines, owner[index]))
-        inside = slice(begun, begun + int(ends[index] - starts[index]))
-        own = excess[_offset(lines, owner[index]) :][: line.time.size]
-        windows.append(
-            Located(
-                run=line.run,
-                start=float(line.time[inside][0]),
-                end=float(line.time[inside][-1]),
-                where=where(line, own, inside),
-                rms=float(np.sqrt(np.mean(line.residual[inside] ** 2))),
-                unit=line.unit,
-                p_value=float(p_values[index]),
-                share=float(own[inside].sum() / positive),
-            )
-        )
-    return MisfitMap(tuple(windows), float(p_values.min()), float(excess.sum()), tuple(lines))
+    score = (total[end] - total[start] - centre) / spread
+    p_value = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (REPLICATES + 1)
+    return Scan(start, end, run, score, p_value, seen - null.mean(axis=1))
+
+
+def _told(lines: Sequence[Trace], found: Scan, index: int, whole: float) -> Located:
+    line = lines[found.run[index]]
+    offset = sum(one.time.size for one in lines[: found.run[index]])
+    inside = slice(int(found.start[index]) - offset, int(found.end[index]) - offset)
+    own = found.excess[offset : offset + line.time.size]
+    return Located(
+        run=line.run,
+        start=float(line.time[inside][0]),
+        end=float(line.time[inside][-1]),
+        where=where(line, own, inside),
+        rms=float(np.sqrt(np.mean(line.residual[inside] ** 2))),
+        unit=line.unit,
+        p_value=float(found.p_value[index]),
+        share=float(own[inside].sum() / whole),
+    )
 
 
 def _settled(line: Trace) -> Trace:
@@ -147,13 +181,9 @@ def _is_noise(name: str) -> bool:
     return name.endswith((".noise", ".discrepancy", ".correlation_time"))
 
 
-def _offset(lines: Sequence[Trace], index: int) -> int:
-    return sum(line.time.size for line in lines[:index])
-
-
 def _windows(
     sizes: Sequence[int],
-) -> tuple[Float[np.ndarray, " w"], Float[np.ndarray, " w"], Float[np.ndarray, " w"]]:
+) -> tuple[Int[np.ndarray, " w"], Int[np.ndarray, " w"], Int[np.ndarray, " w"]]:
     """First and last-plus-one error and run of every window: halves, quarters, ... each by half over."""
     starts, ends, owner, offset = [], [], [], 0
     for run, size in enumerate(sizes):
@@ -168,14 +198,13 @@ def _windows(
     return np.array(starts), np.array(ends), np.array(owner)
 
 
-def _apart(
-    score: np.ndarray, p_values: np.ndarray, starts: np.ndarray, ends: np.ndarray
-) -> list[int]:
+def _apart(found: Scan) -> list[int]:
     """Significant windows that do not overlap, highest score first."""
     chosen: list[int] = []
-    for index in np.argsort(-score):
-        if p_values[index] >= SIGNIFICANT or len(chosen) == MOST:
+    for index in np.argsort(-found.score):
+        if found.p_value[index] >= SIGNIFICANT or len(chosen) == MOST:
             break
-        if all(ends[index] <= starts[i] or starts[index] >= ends[i] for i in chosen):
+        begin, end = found.start[index], found.end[index]
+        if all(end <= found.start[i] or begin >= found.end[i] for i in chosen):
             chosen.append(int(index))
     return chosen

@@ -1,0 +1,69 @@
+"""Probabilities of candidates whose scores are given."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained, weigh
+
+BLOCKS = np.repeat(np.arange(40), 5)
+
+
+@dataclass
+class Scored:
+    """What `weigh` looks at of a fit."""
+
+    log_densities: np.ndarray
+    occam: float
+
+    @property
+    def log_evidence(self) -> float:
+        return float(self.log_densities.sum()) + self.occam
+
+
+def _scored(gain: np.ndarray | float, occam: float = -5.0) -> Scored:
+    return Scored(np.zeros(BLOCKS.size) + gain, occam)
+
+
+def test_equal_candidates_share_what_none_leaves() -> None:
+    none = _scored(0.0, 0.0)
+    naming = weigh(none, {"a": _scored(0.0, 0.0), "b": _scored(0.0, 0.0)}, BLOCKS, 0)
+    assert naming.probabilities == pytest.approx({NONE: 0.5, "a": 0.25, "b": 0.25})
+    assert not naming.claims
+    assert naming.tie == ()
+
+
+def test_a_lead_that_all_blocks_share_is_claimed() -> None:
+    naming = weigh(_scored(0.0, 0.0), {"a": _scored(0.2), "b": _scored(0.0)}, BLOCKS, 0)
+    assert naming.best == "a"
+    assert naming.claims
+    assert naming.probabilities["a"] > 0.99
+    assert naming.log_evidence["a"] == pytest.approx(0.2 * 200 - 5.0)
+
+
+def test_the_same_lead_in_one_block_is_worth_less() -> None:
+    one = np.where(BLOCKS == 7, 40.0 / 5.0, 0.0)
+    naming = weigh(_scored(0.0, 0.0), {"a": _scored(one), "b": _scored(0.0)}, BLOCKS, 0)
+    assert 0.5 < naming.probabilities["a"] < 0.95
+    assert not naming.claims
+
+
+def test_candidates_that_explain_the_same_tie() -> None:
+    found = {"a": _scored(0.3), "b": _scored(0.3, -5.5), "c": _scored(0.0)}
+    naming = weigh(_scored(0.0, 0.0), found, BLOCKS, 0)
+    assert naming.tie == ("a", "b")
+
+
+def test_unknown_takes_its_share() -> None:
+    naming = weigh(_scored(0.0, 0.0), {"a": _scored(0.3)}, BLOCKS, 0)
+    even = naming.with_unknown(1.0)
+    assert sum(even.values()) == pytest.approx(1.0)
+    assert even[UNKNOWN] == pytest.approx(0.05)
+    assert naming.with_unknown(np.inf)[UNKNOWN] == pytest.approx(1.0)
+
+
+def test_odds_of_a_p_value() -> None:
+    assert unexplained(0.5) == 1.0
+    assert unexplained(0.05) == pytest.approx(1.0 / 0.407, rel=1e-3)  # Sellke et al., table 1
+    assert unexplained(0.01) == pytest.approx(1.0 / 0.125, rel=3e-3)

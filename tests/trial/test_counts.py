@@ -1,0 +1,86 @@
+"""Counting of outcomes, on outcomes made up for it."""
+
+import pytest
+from scipy.stats import binomtest
+
+from muscle_bayes.trial.cases import cases, data_set
+from muscle_bayes.trial.counts import Rate, confusion, counted, rates, reliability
+from muscle_bayes.trial.outside import OUTSIDE
+from muscle_bayes.twin import EFFECTS
+
+
+def _outcome(kind: str, hidden: list[str], verdict: list[str], **more) -> dict:
+    said = more.pop("said", 0.9)
+    other = "none" if verdict[0] != "none" else "unknown"
+    made = {
+        "kind": kind,
+        "hidden": hidden,
+        "verdict": verdict,
+        "tie": [],
+        "ports": ["torque"],
+        "port": "torque" if kind == "outside" else None,
+        "excess": 2.0,
+        "held_out": 1.0,
+        "probabilities": {"slack": 0.0, verdict[0]: said, other: 1.0 - said},
+    }
+    return made | more
+
+
+OUTCOMES = [
+    _outcome("single", ["slack"], ["slack"]),
+    _outcome("single", ["slack"], ["thermal-lag"], tie=["thermal-lag", "slack"], held_out=1.5),
+    _outcome("single", ["slack"], ["none"], excess=0.1),
+    _outcome("none", [], ["none"], excess=0.0),
+    _outcome("none", [], ["slack"], excess=0.0),
+    _outcome("outside", ["detent"], ["unknown"]),
+    _outcome("outside", ["tether"], ["slack"], ports=["tension"]),
+    _outcome("pair", ["slack", "thermal-lag"], ["thermal-lag", "slack"]),
+]
+
+
+def test_rates() -> None:
+    found = {one.what: (one.hits, one.cases) for one in rates(OUTCOMES)}
+    assert list(found.values()) == [(2, 2), (1, 2), (1, 2), (1, 2), (1, 2), (1, 2), (1, 1)]
+
+
+def test_intervals_are_exact() -> None:
+    rate = Rate.of("", "", [True] * 17 + [False] * 3)
+    exact = binomtest(17, 20).proportion_ci(0.95, "exact")
+    assert (rate.low, rate.high) == pytest.approx((exact.low, exact.high))
+    assert Rate.of("", "", [True] * 4).high == 1.0
+    assert Rate.of("", "", [False] * 4).low == 0.0
+
+
+def test_confusion_leaves_out_what_cannot_be_seen() -> None:
+    assert confusion(OUTCOMES) == {
+        "detent": {"unknown": 1},
+        "nothing": {"none": 1, "slack": 1},
+        "slack": {"slack": 1, "thermal-lag": 1},
+        "tether": {"slack": 1},
+    }
+
+
+def test_reliability_of_statements() -> None:
+    sure = [_outcome("none", [], ["none"], said=0.95) for _ in range(8)]
+    wrong = [_outcome("none", [], ["slack"], said=0.95) for _ in range(2)]
+    bins, error = reliability(sure + wrong)
+    assert [(one.said, one.true, one.statements) for one in bins] == [
+        (pytest.approx(0.95), pytest.approx(0.8), 10)
+    ]
+    assert error == pytest.approx(0.15)
+    assert counted(OUTCOMES)["cases"] == len(OUTCOMES)
+
+
+def test_cases_are_spread_over_all_effects() -> None:
+    single = cases("single", 2 * len(EFFECTS), 3)
+    assert sorted(one.hidden[0] for one in single) == sorted([*EFFECTS, *EFFECTS])
+    assert {one.hidden[0] for one in cases("outside", len(OUTSIDE), 0)} == set(OUTSIDE)
+    assert len({one.name for one in single}) == len(single)
+    assert all(len(set(one.hidden)) == 2 for one in cases("pair", 20, 0))
+
+
+@pytest.mark.slow
+def test_a_case_is_the_same_twice() -> None:
+    (case,) = cases("outside", 1, 5)
+    first, second = data_set(case), data_set(case)
+    assert all(first[name].log.equals(second[name].log) for name in first)
