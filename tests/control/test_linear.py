@@ -81,8 +81,8 @@ def test_small_steps_of_the_simulation_follow_the_state_space(held):
 
 
 def test_margins_of_an_integrator():
-    """1 / s sampled every h and read a period late, gain k: k h / (z (z - 1)). Poles z^2 - z + k h = 0 leave
-    the unit circle at k h = 1; 2 sin(w h / 2) = k h at crossover, where the phase is -90 - 1.5 w h."""
+    """1 / s sampled every h and read a period late, gain k: k h / (z (z - 1)). Poles z^2 - z + k h = 0
+    leave the unit circle at k h = 1; 2 sin(w h / 2) = k h at crossover, of phase -90 - 1.5 w h."""
     plant = control.ss([[1.0, 0.1], [0.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]], 0.1)
     found = margins_of(plant, Gains(period_ms=100, proportional=2.0, integral=0.0))
     turned = 2 * np.arcsin(0.1)
