@@ -44,8 +44,9 @@ def posterior():
 
 @pytest.fixture(scope="session")
 def touching():
-    """A posterior with coil contact."""
-    return posterior_about(TABLE_1_LINEAR | TABLE_2 | COIL_CONTACT, effects=("coil-contact",))
+    """A posterior with coils that touch as soon as the joint moves."""
+    contact = COIL_CONTACT | {"coil-contact.onset": 0.145}
+    return posterior_about(TABLE_1_LINEAR | TABLE_2 | contact, effects=("coil-contact",))
 
 
 @pytest.fixture(scope="session")

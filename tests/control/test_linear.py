@@ -81,16 +81,16 @@ def test_small_steps_of_the_simulation_follow_the_state_space(held):
 
 
 def test_margins_of_an_integrator():
-    """Plant 1 / s sampled, P control of gain k: 180 - 90 - k h / 2 (in degrees), pole at 1 - k h."""
-    plant = control.ss([[1.0]], [[0.1]], [[1.0]], [[0.0]], 0.1)
+    """1 / s sampled every h and read a period late, gain k: k h / (z (z - 1)). Poles z^2 - z + k h = 0
+    leave the unit circle at k h = 1; 2 sin(w h / 2) = k h at crossover, of phase -90 - 1.5 w h."""
+    plant = control.ss([[1.0, 0.1], [0.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]], 0.1)
     found = margins_of(plant, Gains(period_ms=100, proportional=2.0, integral=0.0))
-    # |k h / (z - 1)| = 1 at 2 sin(w h / 2) = k h
-    crossover = 2 * np.arcsin(0.1) / 0.1
-    assert found.crossover == pytest.approx(crossover, rel=1e-3)
-    assert found.phase == pytest.approx(90 - np.degrees(crossover * 0.1 / 2), abs=0.1)
-    assert found.gain == pytest.approx(10.0, rel=0.01)
+    turned = 2 * np.arcsin(0.1)
+    assert found.crossover == pytest.approx(turned / 0.1, rel=1e-3)
+    assert found.phase == pytest.approx(90 - np.degrees(1.5 * turned), abs=0.1)
+    assert found.gain == pytest.approx(5.0, rel=0.01)
     assert found.stable
-    assert not margins_of(plant, Gains(period_ms=100, proportional=21.0, integral=0.0)).stable
+    assert not margins_of(plant, Gains(period_ms=100, proportional=10.5, integral=0.0)).stable
 
 
 def test_the_controller_is_the_sum_that_the_bench_forms():

@@ -157,13 +157,22 @@ class Margins(NamedTuple):
     """Whether the closed loop's poles lie inside the unit circle."""
 
 
+def _loop_gain(plant: control.StateSpace, gains: Gains) -> control.StateSpace:
+    """Plant times controller. Without integral by hand: a system without states trips over NumPy 2.5."""
+    if gains.integral > 0.0:
+        return plant * control.ss(pi_controller(gains))
+    kp = gains.proportional
+    return control.ss(plant.A, kp * plant.B, plant.C, kp * plant.D, plant.dt)
+
+
 def margins_of(plant: control.StateSpace, gains: Gains) -> Margins:
     """Margins of a sampled plant under PI gains."""
-    loop = plant * control.ss(pi_controller(gains))
+    loop = _loop_gain(plant, gains)
     frequencies = np.geomspace(SLOWEST, np.pi / gains.period, FREQUENCIES)
     response = control.frd(loop, frequencies)
     gain, phase, _, _, crossover, _ = control.stability_margins(response)
-    poles = control.feedback(loop, 1).poles()
+    # Unity feedback: A - B (1 + D)^-1 C.
+    poles = np.linalg.eigvals(loop.A - loop.B @ loop.C / (1.0 + loop.D[0, 0]))
     stable = bool(np.all(np.abs(poles) < 1.0))
     return Margins(float(gain), float(phase), float(crossover), stable)
 
