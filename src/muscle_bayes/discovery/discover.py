@@ -149,14 +149,15 @@ def _chain(search: _Search, base: Fitted, names: Sequence[str]) -> tuple[list[_L
 
 
 def _gate(search: _Search, before: Fitted, after: Fitted) -> Gate:
-    """By held-out runs where there are any, else by blocks in turn."""
+    """By blocks of the fitted runs in turn, and by held-out runs where there are any."""
+    lines = traces(search.train, before)
+    blocks = blocks_of(lines, before.errors.size)
+    gate = gate_by_blocks(search.train, before, after, blocks)
     if not search.held:
-        lines = traces(search.train, before)
-        blocks = blocks_of(lines, before.errors.size)
-        return gate_by_blocks(search.train, before, after, blocks)
+        return gate
     lines = traces(search.whole, before)
     blocks = blocks_of(lines, before.errors.size)
-    return gate_by_runs(search.whole, before, after, blocks, search.held, lines)
+    return gate + gate_by_runs(search.whole, before, after, blocks, search.held, lines)
 
 
 @dataclass(frozen=True)

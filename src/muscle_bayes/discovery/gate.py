@@ -25,7 +25,12 @@ class Gate:
     gain: float
     se: float
     by: str
-    """What was left out: `runs`, or `blocks` in turn."""
+    """What was left out: blocks of every run in turn, and runs that were held out."""
+
+    def __add__(self, other: "Gate") -> "Gate":
+        """Both together, their errors independent."""
+        both = f"{self.by} and {other.by}"
+        return Gate(self.gain + other.gain, float(np.hypot(self.se, other.se)), both)
 
     @property
     def passed(self) -> bool:
