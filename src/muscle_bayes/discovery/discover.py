@@ -1,8 +1,10 @@
 """The workflow: locate, name, add, and again until nothing significant remains."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
+import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.conventions import Friction
@@ -22,8 +24,9 @@ from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Ste
 from muscle_bayes.discovery.search import fit_candidates
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested import Nested, explained_at, slope_at
 from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.inference.starts import SETTLING_SHARE
 from muscle_bayes.physics.effect import MUSCLE_PORTS
@@ -93,9 +96,11 @@ def discover(
     run has, when no run is left to fit, and for runs that cannot be fitted together.
     """
     _check(runs, hold_out)
-    report("nominal model", 0, 1)
-    start = nominal(runs, friction, effects, seed, hold_out)
     names = applicable(runs, effects) if candidates is None else list(candidates)
+    report("nominal model", 0, 1)
+    with ThreadPoolExecutor(1) as pool:
+        _begin_compiling(pool, runs, friction, effects, names)
+        start = nominal(runs, friction, effects, seed, hold_out)
     whole, point = nest(start, names)
     held = tuple(hold_out)
     search = _Search(whole, whole, held, seed, report).over(whole)
@@ -108,6 +113,21 @@ def discover(
     if left.significant:
         unknown = _unknown(start, search, base, links)
     return _result(search, base, located, links, naming, left, unknown, stopped)
+
+
+def _begin_compiling(
+    pool: Executor,
+    runs: Sequence[Run],
+    friction: Friction,
+    effects: Sequence[str],
+    names: Sequence[str],
+) -> None:
+    """Compile the nested model while the nominal one is searched; in vain where runs need inertia."""
+    nested = Nested(pose(runs, friction, (*effects, *names)))
+    choice = nested.choice(effects)
+    point = jnp.zeros(nested.shared + choice.slot.size)
+    for program in (slope_at, explained_at):
+        program.begin(pool, point, choice, nested.layout, nested.data)
 
 
 def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:

@@ -5,6 +5,7 @@ import inspect
 import os
 import pickle
 from collections.abc import Callable, Hashable
+from concurrent.futures import Executor, Future
 from contextlib import suppress
 from functools import cache, update_wrapper
 from importlib.metadata import version
@@ -112,6 +113,12 @@ class Lowered:
         return call
 
 
+def _known(arguments: tuple[Any, ...], leaves: list[Any], structure: Any) -> Hashable:
+    """What tells one compiled form of a program from another."""
+    static = tuple(a for a in arguments if _is_static(a))
+    return static, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+
+
 class Program[R]:
     """A compiled function of arrays and of static layouts and strings.
 
@@ -128,18 +135,25 @@ class Program[R]:
         self._function = function
         self._traced = jax.jit(function, static_argnames=static)
         self._compiled: dict[Hashable, Callable[..., R]] = {}
+        self._begun: dict[Hashable, Future[Callable[..., R]]] = {}
 
     def __call__(self, *arguments: Any) -> R:
         leaves, structure = jax.tree.flatten([a for a in arguments if not _is_static(a)])
         if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._traced(*arguments)
         leaves = list(map(_array, leaves))
-        static = tuple(a for a in arguments if _is_static(a))
-        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-        known = (static, structure, shapes)
+        known = _known(arguments, leaves, structure)
         if known not in self._compiled:
-            self._compiled[known] = self.lower(*arguments).compile()
+            begun = self._begun.pop(known, None)
+            self._compiled[known] = begun.result() if begun else self.lower(*arguments).compile()
         return self._compiled[known](*jax.tree.unflatten(structure, leaves))
+
+    def begin(self, pool: Executor, *arguments: Any) -> None:
+        """Trace for arguments of these shapes, and leave compiling to `pool`: a call will wait for it."""
+        leaves, structure = jax.tree.flatten([a for a in arguments if not _is_static(a)])
+        known = _known(arguments, list(map(_array, leaves)), structure)
+        if known not in self._compiled and known not in self._begun:
+            self._begun[known] = pool.submit(self.lower(*arguments).compile)
 
     def lower(self, *arguments: Any) -> Lowered:
         """The program for arguments of these shapes, traced or loaded."""
