@@ -2,6 +2,7 @@
 
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jax
@@ -115,3 +116,17 @@ def test_inside_another_program_it_is_a_function(folder: Path) -> None:
     twice = jax.jit(lambda key, tree: Program(scaled)(key, tree, LAYOUT)[1]["y"])
     np.testing.assert_allclose(twice(*ARGUMENTS[:2]), scaled(*ARGUMENTS)[1]["y"], rtol=1e-6)
     assert not list(folder.glob("traces/*.trace"))
+
+
+def test_a_call_waits_for_what_was_begun(folder: Path) -> None:
+    key, tree, layout = ARGUMENTS
+    other = (key, {"x": jnp.arange(9.0), "by": tree["by"]}, layout)
+    one = Program(scaled)
+    with ThreadPoolExecutor(1) as pool:
+        one.begin(pool, *other)
+        one.begin(pool, *other)
+        begun = list(one._begun.values())
+        found = one(*other)
+    assert len(begun) == 1
+    assert begun[0].done()
+    np.testing.assert_allclose(found[1]["y"], scaled(*other)[1]["y"], rtol=1e-6)

@@ -1,0 +1,67 @@
+"""The whole workflow on spring runs, in which effects are hidden or none is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from muscle_bayes.data import read_runs
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.discovery.result import Discovery
+from muscle_bayes.discovery.summary import summary, verdict_text
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.twin import Rig, make_effect, simulate, spring_rig
+from muscle_bayes.twin.protocols import spring
+
+CANDIDATES = ("viscous-friction", "bias-torque", "quadratic-drag")
+HELD = "spring-4"
+
+
+def _search(folder: Path, *effects) -> Discovery:
+    rig = spring_rig(Rig())
+    rig = replace(rig, truth=replace(rig.truth, effects=effects))
+    for number, mass in enumerate((0.100, 0.110, 0.118, 0.126), 1):
+        run = simulate(rig, spring(mass), (11, number))
+        write_run(folder, f"spring-{number}", run.log, run.metadata)
+    return discover(read_runs([folder]), hold_out=[HELD], candidates=CANDIDATES)
+
+
+def test_a_hidden_effect_is_named_and_added(tmp_path: Path) -> None:
+    found = _search(tmp_path, make_effect("viscous-friction", coefficient=1e-3))
+    assert found.verdict == "viscous-friction"
+    assert found.probabilities["viscous-friction"] > 0.5
+    assert sum(found.probabilities.values()) == pytest.approx(1.0)
+    assert found.located.significant
+    (step,) = found.steps
+    told = step.parameters["coefficient"]
+    assert abs(told.mean - 1e-3) < 4.0 * told.sd
+    assert step.gate.passed
+    assert step.after.checks[HELD].rmse < step.before.checks[HELD].rmse
+    report = found.as_dict()
+    assert report["verdict"] == "viscous-friction"
+    assert set(report["steps"][0]["held_out"]["after"]) == {HELD}
+    assert HELD not in report["steps"][0]["after"]
+    text = summary(found, {HELD: "synthetic"})
+    assert "SYNTHETIC" in text
+    assert "viscous-friction" in text
+
+
+def test_nothing_is_claimed_where_nothing_is_hidden(tmp_path: Path) -> None:
+    found = _search(tmp_path)
+    assert found.verdict == "none"
+    assert found.steps == ()
+    assert found.probabilities["none"] > 0.5
+    assert verdict_text(found) == "Nothing is missing that these runs could show."
+
+
+def test_names_that_no_run_has(tmp_path: Path) -> None:
+    run = simulate(spring_rig(Rig()), spring(0.11), 1)
+    write_run(tmp_path, "spring-1", run.log, run.metadata)
+    runs = read_runs([tmp_path])
+    with pytest.raises(MuscleBayesError, match="no such run; there are: spring-1"):
+        discover(runs, hold_out=["other"])
+    with pytest.raises(MuscleBayesError, match="every run is held out"):
+        discover(runs, hold_out=["spring-1"])
+    assert "coil-contact" not in applicable(runs, ())
+    assert "viscous-friction" not in applicable(runs, ["viscous-friction"])
