@@ -13,5 +13,9 @@ TABLE_2 = {
     "H": -545.907,
     "T_hyst_offset": -243.380,
 }
-COIL_CONTACT = {"coil-contact.stiffness": 200.0, "coil-contact.onset": 0.12}
+COIL_CONTACT = {
+    "coil-contact.stiffness": 200.0,
+    "coil-contact.onset": 0.12,
+    "coil-contact.width": 0.0,
+}
 HEATER = {"heater.gain": 4.5, "heater.cooling": 1 / 48, "heater.lag": 0.0}

@@ -102,10 +102,11 @@ def joint_draws(
             "`muscle-bayes fit STAIRCASE_RUN... --given FIXTURE.nc --out MUSCLE.nc`"
         )
     for name in posterior.effects:
-        if issubclass(effect_type(name), MemoryEffect):
+        kind = effect_type(name)
+        if issubclass(kind, MemoryEffect) or kind.port == "friction":
             raise MuscleBayesError(
-                f"effect '{name}' has a memory, which the closed loop does not carry on. Mend: fit "
-                "the muscle without it for the controller study"
+                f"effect '{name}' has a memory or changes dry friction, which the closed loop does "
+                "not simulate. Mend: fit the muscle without it for the controller study"
             )
     generator = np.random.default_rng(seed)
     names = [*needed, *(n for n in posterior.parameters if n.split(".")[0] in posterior.effects)]
