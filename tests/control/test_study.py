@@ -135,4 +135,4 @@ def test_effects_that_a_loop_does_not_simulate_are_refused(posterior, heater, ef
     tree = posterior.tree.copy()
     tree.attrs = {**posterior.tree.attrs, "effects": json.dumps([effect])}
     with pytest.raises(MuscleBayesError, match="does not simulate"):
-        joint_draws(Posterior(tree), 2, heater)
+        joint_draws(Posterior(tree), heater, 2)

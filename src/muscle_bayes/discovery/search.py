@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import jax
+import numpy as np
 
 from muscle_bayes.discovery.screen import starts_of
 from muscle_bayes.inference.descent import Fitted, descend
@@ -21,7 +22,9 @@ def best_fit(nested: Nested, base: Fitted, effect: str, seed: int) -> Fitted | N
     effects = (*base.effects, effect)
     starts = starts_of(nested, base, effect, jax.random.key(seed))
     tried = [descend(nested, effects, one.point, FIRST_STEPS) for one in _varied(starts)]
-    tried.sort(key=lambda one: one.potential)
+    tried = sorted(
+        (one for one in tried if np.isfinite(one.potential)), key=lambda one: one.potential
+    )
     if not tried:
         return None
     close = [one for one in tried if one.potential < tried[0].potential + HOPELESS][:2]
