@@ -67,6 +67,9 @@ control: $(READY) ## tune and judge gains over `make study`'s posteriors, write 
 	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
 	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
 
+trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
+	@$(BIN)/muscle-bayes trial
+
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
 
