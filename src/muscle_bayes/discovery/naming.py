@@ -1,5 +1,6 @@
 """Which effect is missing: a probability for each, for none, and for something unknown."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -28,7 +29,7 @@ def unexplained(p_value: float) -> float:
 
     Source: Sellke, Bayarri and Berger, The American Statistician 55 (2001), p. 62.
     """
-    return -1.0 / (np.e * p_value * np.log(p_value)) if p_value < 1.0 / np.e else 1.0
+    return -1.0 / (math.e * p_value * np.log(p_value)) if p_value < 1.0 / math.e else 1.0
 
 
 @dataclass(frozen=True)
