@@ -25,7 +25,7 @@ from muscle_bayes.inference.reduction import solved_adequately
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import effect_type
 
-FIXTURE_SPREAD = 0.3
+FIXTURE_SPREAD = 0.1
 """Standard deviation of log J and log D that runs without a muscle give to the search with one: more
 than they know, for a missing effect misleads them."""
 
@@ -62,7 +62,10 @@ def nominal(
     known = {name: dist.LogNormal(np.log(values[name]), FIXTURE_SPREAD) for name in ("J", "D")}
     second = without_runs(pose(parts[1], friction, effects, known), hold_out)
     found = find_mode(key, second.layout, second.data)
-    both = values | _referred(constrain(found.vector, second.layout, second.data), second, problem)
+    muscle = _referred(constrain(found.vector, second.layout, second.data), second, problem)
+    # J and D as the runs without a muscle tell them: a larger D could hold their rotor still, and
+    # nothing would tell the descent how to free it.
+    both = muscle | values
     start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, jnp.zeros((0, 0)), 0)
     return _improved(problem, refine(start, seen.layout, seen.data))
 
