@@ -75,7 +75,7 @@ def discover(
     write_json(out / "discovery.json", found.as_dict())
     if json is not None:
         write_json(json, found.as_dict())
-    console = Console()
+    console = Console(emoji=False)
     _show(console, found, out)
     with fit_progress("revised model") as report:
         posterior = fit(

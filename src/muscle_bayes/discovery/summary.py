@@ -60,12 +60,17 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
     return "\n".join(lines)
 
 
+def _seconds(time: float) -> str:
+    """Whole seconds of long runs, hundredths of short ones."""
+    return f"{time:.0f}" if time >= 100.0 else f"{time:.4g}"
+
+
 def _located(found: Discovery) -> list[str]:
     if not found.located.windows:
         return [f"Nowhere: p = {found.located.p_value:.2g} over all windows of all runs.", ""]
     lines = [
-        f"- {one.run}, {one.start:.0f} to {one.end:.0f} s, {one.where}: {one.rms:.2g} {one.unit} "
-        f"RMS, {one.share:.0%} of the excess (p = {one.p_value:.2g})"
+        f"- {one.run}, {_seconds(one.start)} to {_seconds(one.end)} s, {one.where}: "
+        f"{one.rms:.2g} {one.unit} RMS, {one.share:.0%} of the excess (p = {one.p_value:.2g})"
         for one in found.located.windows[:WINDOWS]
     ]
     more = len(found.located.windows) - WINDOWS

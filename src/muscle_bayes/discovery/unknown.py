@@ -1,5 +1,6 @@
 """What functions that nobody has named explain beside named effects, or instead of them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -8,7 +9,7 @@ import numpy as np
 from muscle_bayes.discovery import functions
 from muscle_bayes.discovery.chain import Link, Search, judge
 from muscle_bayes.discovery.conditions import traces
-from muscle_bayes.discovery.naming import blocks_of, weigh
+from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, blocks_of, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
 from muscle_bayes.discovery.search import fit_candidates
 from muscle_bayes.inference.descent import Fitted, descend
@@ -26,9 +27,12 @@ class Unknown:
     """The best function without any of them."""
 
     def replaces(self, last: Fitted) -> bool:
-        """Whether a function alone explains the readings better than named effects, helped or not."""
+        """Whether a function alone is likelier than named effects, helped or not."""
         best = last if self.beside is None else self.beside.after
-        return self.instead is not None and self.instead.after.log_evidence > best.log_evidence
+        if self.instead is None:
+            return False
+        lead = self.instead.after.log_evidence - best.log_evidence
+        return lead > math.log((1.0 - PRIOR_UNKNOWN) / PRIOR_UNKNOWN)
 
     def odds(self, last: Fitted) -> float:
         """Evidence of a function alone against that of the named effects, at least even."""
