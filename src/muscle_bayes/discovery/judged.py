@@ -11,6 +11,8 @@ from muscle_bayes.inference.nested import Nested, explained_at, values_at
 from muscle_bayes.inference.predict import Prediction, disturbances
 
 DRAWS = 60
+SHARE = 0.05
+"""Of a draw's distance from the fitted point, at which the model's response to it is read."""
 
 
 def laplace_draws(fitted: Fitted, count: int, seed: int) -> np.ndarray:
@@ -23,26 +25,39 @@ def laplace_draws(fitted: Fitted, count: int, seed: int) -> np.ndarray:
 
 
 def predictions(nested: Nested, fitted: Fitted, seed: int) -> list[Prediction]:
-    """Readings of every run of `nested`'s data under draws about a fitted point.
+    """Readings of every run of `nested`'s data about a fitted point.
 
-    Draws that cannot be simulated are left out.
+    Models are taken for linear in the parameters: m(x) + (m(x + SHARE d) - m(x)) / SHARE for draws d
+    of their normal approximation, which would itself leave the curved ridges of the posterior.
+    Directions that cannot be simulated are left out.
     """
     layout, data, problem = nested.layout, nested.data, nested.problem
+    values = dict(values_at(jnp.asarray(fitted.point), fitted.choice, layout, data))
+
+    def models_at(point: np.ndarray) -> list[np.ndarray] | None:
+        found = explained_at(jnp.asarray(point), fitted.choice, layout, data)
+        if not np.isfinite(float(found.potential)):
+            return None
+        lanes = zip(data.lanes, found.residuals, strict=True)
+        return [np.asarray(one.reading - residual) for one, residual in lanes]
+
+    middle = models_at(fitted.point)
+    assert middle is not None, "a fitted point can be simulated"
     models: list[list[np.ndarray]] = [[] for _ in data.lanes]
     noises: list[list[np.ndarray]] = [[] for _ in data.lanes]
     keys = jax.random.split(jax.random.key(seed), DRAWS)
     for key, point in zip(keys, laplace_draws(fitted, DRAWS, seed), strict=True):
-        found = explained_at(jnp.asarray(point), fitted.choice, layout, data)
-        if not np.isfinite(float(found.potential)):
+        near = models_at(fitted.point + SHARE * (point - fitted.point))
+        if near is None:
             continue
-        values = dict(values_at(jnp.asarray(point), fitted.choice, layout, data))
         for group, (lanes, regime) in enumerate(zip(data.lanes, layout.regimes, strict=True)):
             extra = disturbances(jax.random.fold_in(key, group), values, lanes, layout, regime)
-            models[group].append(np.asarray(lanes.reading - found.residuals[group]))
+            models[group].append(middle[group] + (near[group] - middle[group]) / SHARE)
             noises[group].append(np.asarray(extra))
     parts: dict[int, list[dict[str, np.ndarray]]] = {}
     for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
         model = np.stack(models[group])
+        model += middle[group] - model.mean(axis=0)  # the mean of few draws scatters
         reading = model + np.stack(noises[group])
         hyst = np.asarray(fitted.found.hyst[group])
         for lane, owner in enumerate(owners):
