@@ -84,4 +84,4 @@ def judge(search: Search, before: Fitted, after: Fitted) -> Gate:
         return gate
     lines = traces(search.whole, before)
     blocks = blocks_of(lines, before.errors.size)
-    return gate + gate_by_runs(search.whole, before, after, blocks, search.held, lines)
+    return gate.weighed_with(gate_by_runs(search.whole, before, after, blocks, search.held, lines))

@@ -25,16 +25,21 @@ class Gate:
     gain: float
     se: float
     by: str
-    """What was left out: blocks of every run in turn, and runs that were held out."""
+    """What was left out: `blocks` of every run in turn, or `runs` that were held out."""
 
-    def __add__(self, other: "Gate") -> "Gate":
-        """Both together, their errors independent."""
-        both = f"{self.by} and {other.by}"
-        return Gate(self.gain + other.gain, float(np.hypot(self.se, other.se)), both)
+    @property
+    def score(self) -> float:
+        """Gain in standard errors."""
+        return self.gain / self.se
+
+    def weighed_with(self, other: "Gate") -> "Gate":
+        """What both say together: the one that speaks against the effect, else the clearer one."""
+        weaker, clearer = sorted((self, other), key=lambda one: one.score)
+        return weaker if weaker.score < -WANTED else clearer
 
     @property
     def passed(self) -> bool:
-        return self.gain > WANTED * self.se
+        return self.score > WANTED
 
 
 def _densities(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " error"]:
