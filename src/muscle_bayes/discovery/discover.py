@@ -19,7 +19,8 @@ from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Ste
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested, explained_at, slope_at
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle

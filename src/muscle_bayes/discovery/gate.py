@@ -9,7 +9,8 @@ from jaxtyping import Float
 
 from muscle_bayes.discovery.holding import without_blocks
 from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested, explained_at
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested_programs import explained_at
 
 FOLDS = 4
 STEPS = 10
@@ -29,8 +30,8 @@ class Gate:
 
     @property
     def score(self) -> float:
-        """Gain in standard errors."""
-        return self.gain / self.se
+        """Gain in standard errors; 0 where nothing differs."""
+        return self.gain / self.se if self.se > 0.0 else 0.0
 
     def weighed_with(self, other: "Gate") -> "Gate":
         """What both say together: the one that speaks against the effect, else the clearer one."""

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, explained_at, values_at
+from muscle_bayes.inference.nested import Nested, values_at
+from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.inference.predict import Prediction, disturbances
 
 DRAWS = 60

@@ -14,7 +14,8 @@ from muscle_bayes.bench.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequence_file import to_toml
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, explained_at, slope_at
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.problem import Lanes
 
 FACTORS = (0.6, 1.0, 1.5)
@@ -50,8 +51,11 @@ class Thermal:
     """1/s, of the difference to the room."""
 
 
-def thermal_of(nested: Nested) -> Thermal:
-    """From the temperatures of the runs: fastest heating, and the median rate of free cooling."""
+def thermal_of(nested: Nested) -> Thermal | None:
+    """From the temperatures of the runs: fastest heating, and the median rate of free cooling.
+
+    None where no run is heated and cools again.
+    """
     room, heating, cooling = [], [], []
     for run in nested.problem.runs:
         time = run.table["time"].to_numpy()
@@ -68,7 +72,7 @@ def thermal_of(nested: Nested) -> Thermal:
         if free.any():
             cooling.append(np.median(-rate[free] / (place[free] - own)))
     if not heating or not cooling:
-        return Thermal(25.0, 1.0, 0.02)
+        return None
     return Thermal(float(np.median(room)), float(np.median(heating)), float(np.median(cooling)))
 
 
@@ -117,7 +121,7 @@ def propose(nested: Nested, first: Fitted, second: Fitted) -> NextExperiment | N
 
     Expected log odds of the first if it is true: d' (V + S C S')^-1 d / 2, with d the difference of
     readings, V their noise, S the first model's slopes and C its posterior covariance: what present
-    parameters could still absorb does not count. None where no run has a muscle.
+    parameters could still absorb does not count. None where no muscle is heated and cools again.
     """
     group = next(
         (
@@ -129,8 +133,9 @@ def propose(nested: Nested, first: Fitted, second: Fitted) -> NextExperiment | N
     )
     if group is None:
         return None
-    lanes = nested.data.lanes[group]
-    thermal = thermal_of(nested)
+    lanes, thermal = nested.data.lanes[group], thermal_of(nested)
+    if thermal is None:
+        return None
     loads = sorted({float(np.asarray(load)[0]) for load in lanes.schedule.load})
     every = list(plans(thermal.room, loads))
     per_pass = int(lanes.time.shape[0])

@@ -10,7 +10,8 @@ from numpyro.distributions import biject_to
 from scipy.linalg import cho_factor, cho_solve
 
 from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import SLOT_STEP, Nested, explained_at, general
+from muscle_bayes.inference.nested import SLOT_STEP, Nested, general
+from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.physics.effects import effect_type
 
 DRAWS = 12

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.inference.density import LOG_2PI
-from muscle_bayes.inference.nested import Choice, Explained, Nested, Slope, explained_at, slope_at
+from muscle_bayes.inference.nested import Choice, Nested
+from muscle_bayes.inference.nested_programs import Explained, Slope, explained_at, slope_at
 
 MAX_STEPS = 40
 LONGEST_MOVE = 2.0
