@@ -2,10 +2,15 @@
 
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from muscle_bayes.data import Run, read_run
+from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.programs import solved_at
 from muscle_bayes.inference.record import fast_record, segments, slow_record
 
 DATA = Path(__file__).parents[2] / "data"
@@ -47,6 +52,31 @@ def test_a_reading_that_never_changes_is_one_observation() -> None:
     frozen = fast_record(type(run)(run.name, None, run.metadata, table))
     stuck = frozen.weight[frozen.time >= table["time"].iloc[100]]
     assert np.count_nonzero(stuck) == 1
+
+
+def test_the_rotor_swings_on_through_a_gap_of_the_log() -> None:
+    """Readings after half a second without rows are predicted as if nothing were missing."""
+    run = read_run(DATA / "spring-1.csv")
+    time = run.table["time"]
+    kept = run.table[(time < 0.3) | (time > 0.8)].reset_index(drop=True)
+    models = []
+    with jax.enable_x64(True):
+        for table in (run.table, kept):
+            problem = pose([type(run)(run.name, None, run.metadata, table)])
+            # The first reading tells zero and start alike in both.
+            values = {"J": 1.2e-3, "D": 2e-3, "fast.zero": [run.sensor.zero]}
+            values |= {"fast.start": [float(table["reading"].iloc[0])]}
+            values |= {f"fast.{key}": 0.5 for key in ("noise", "discrepancy", "correlation_time")}
+            values = {key: jnp.asarray(value) for key, value in values.items()}
+            vector = unconstrain(values, problem.layout, problem.data)
+            solved = solved_at(vector, problem.layout, problem.data).responses[0].averaged[0]
+            nodes = np.asarray(problem.data.lanes[0].schedule.time[0, 1:])
+            lasting = np.diff(nodes, prepend=0.0) > 0.0
+            models.append((nodes[lasting], np.asarray(solved)[lasting]))
+    (full, expected), (gapped, found) = models
+    after = (full > 0.85) & (full < 3.0)
+    assert np.ptp(expected[after]) > 20.0
+    np.testing.assert_allclose(np.interp(full[after], gapped, found), expected[after], atol=0.3)
 
 
 def test_runs_that_something_restores_are_not_cut() -> None:

@@ -18,10 +18,10 @@ from muscle_bayes.inference.programs import solved_at
 from muscle_bayes.inference.reduction import (
     TOLERANCE,
     ReductionError,
-    reduction_errors,
     solved_adequately,
     unsolved,
     with_inertia,
+    with_swings,
 )
 from muscle_bayes.study.published import TABLE_2
 
@@ -42,14 +42,30 @@ def test_values_stand_for_table_2(shipped: Problem) -> None:
 
 
 def test_inertia_changes_no_shipped_slow_run_by_half_a_count(shipped: Problem) -> None:
-    errors = reduction_errors(shipped, sampled(shipped))
+    errors = with_swings(shipped, sampled(shipped)).reduction
     assert sorted(errors) == sorted(SLOW)
     for name, error in errors.items():
         # Where mass is poured the rotor swings, and sticks where the swing ends.
         assert error.rms < (0.4 if name == "sawtooth" else 0.2) < error.tolerance, name
         assert error.tolerance == TOLERANCE
         assert error.largest < 4.0, name
-    assert solved_adequately(shipped, sampled(shipped)).data is shipped.data
+
+
+def test_what_inertia_adds_at_the_mode_is_added_there_and_nearly_right_beside_it(
+    shipped: Problem,
+) -> None:
+    with jax.enable_x64(True):
+        middle = sampled(shipped)
+        used = solved_adequately(shipped, middle)
+        assert [lanes.fine for lanes in used.data.lanes] == [None]
+        whole = with_inertia(shipped, middle, SLOW)
+        aside = middle | {"modulus": 1.02 * middle["modulus"], "J": 1.1 * middle["J"]}
+        for values, share in ((middle, 1e-6), (aside, 0.7)):
+            bare, found, reference = (readings(one, values) for one in (shipped, used, whole))
+            for name in SLOW:
+                left = np.sqrt(np.mean((found[name] - reference[name]) ** 2))
+                before = np.sqrt(np.mean((bare[name] - reference[name]) ** 2))
+                assert left <= share * before, (name, left, before)
 
 
 def test_a_rotor_that_rings_keeps_its_inertia(shipped: Problem) -> None:

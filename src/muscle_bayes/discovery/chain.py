@@ -7,7 +7,7 @@ from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.naming import Naming, blocks_of, weigh
-from muscle_bayes.discovery.search import fit_candidates
+from muscle_bayes.discovery.search import fit_candidates, without_last
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested
 
@@ -46,33 +46,55 @@ class Link:
     """The next likeliest of a tie."""
 
 
-def chain(search: Search, base: Fitted, names: Sequence[str]) -> tuple[list[Link], Naming, str]:
-    """Named effects, one after the other while readings not seen are predicted better by them.
+@dataclass(frozen=True)
+class Chain:
+    """Named effects that were added."""
 
-    Also the first step's comparison, and why the chain ends.
-    """
+    base: Fitted
+    """The model without any of them, at the best point that was found."""
+    links: tuple[Link, ...]
+    naming: Naming
+    """The first step's comparison."""
+    stopped: str
+    """Why the chain ends."""
+
+    @property
+    def last(self) -> Fitted:
+        """The model with all of them."""
+        return self.links[-1].after if self.links else self.base
+
+
+def chain(search: Search, base: Fitted, names: Sequence[str]) -> Chain:
+    """Named effects, one after the other while readings not seen are predicted better by them."""
     current, remaining, links, first = base, list(names), list[Link](), None
+
+    def ended(reason: str) -> Chain:
+        assert first is not None
+        return Chain(links[0].before if links else current, tuple(links), first, reason)
+
     while True:
         fits = fit_candidates(search.train, current, remaining, search.seed, search.report)
+        current = without_last(search.train, list(fits.values()), current)
+        if links:
+            links[-1] = replace(links[-1], after=current)
         lines = traces(search.train, current)
         naming = weigh(current, fits, blocks_of(lines, current.errors.size), search.seed)
         first = first or naming
         if not naming.claims:
-            return links, first, "nothing significant that a named effect explains remains"
+            return ended("nothing significant that a named effect explains remains")
         effect = naming.best
         gate = judge(search, current, fits[effect])
         if not gate.passed:
-            reason = (
+            return ended(
                 f"{effect} would come next, but does not predict unseen readings better: "
                 f"{gate.gain:+.1f} nat, standard error {gate.se:.1f}"
             )
-            return links, first, reason
         rival = fits[naming.tie[1]] if naming.tie else None
         links.append(Link(effect, naming, current, fits[effect], gate, rival))
         current = fits[effect]
         remaining.remove(effect)
         if len(links) == MOST:
-            return links, first, f"{MOST} effects were added, which is the most"
+            return ended(f"{MOST} effects were added, which is the most")
 
 
 def judge(search: Search, before: Fitted, after: Fitted) -> Gate:

@@ -8,11 +8,11 @@ import jax.numpy as jnp
 from muscle_bayes.conventions import Friction
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.chain import Link, Report, Search, chain
+from muscle_bayes.discovery.chain import Chain, Link, Report, Search, chain
 from muscle_bayes.discovery.estimates import estimates, noise_floor, undetermined
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
-from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming, unexplained
+from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained
 from muscle_bayes.discovery.next_experiment import propose
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Step
@@ -66,15 +66,13 @@ def discover(
     whole, point = nest(start, names)
     held = tuple(hold_out)
     search = Search(whole, whole, held, seed, report).over(whole)
-    base = descend(search.train, tuple(effects), point)
-    located = locate(search.train, base, seed)
-    links, naming, stopped = chain(search, base, names)
-    last = links[-1].after if links else base
-    left = located if not links else locate(search.train, last, seed)
+    named = chain(search, descend(search.train, tuple(effects), point), names)
+    located = locate(search.train, named.base, seed)
+    left = located if not named.links else locate(search.train, named.last, seed)
     unknown = None
     if left.significant:
-        unknown = search_functions(start, search, base, links)
-    return _result(search, base, located, links, naming, left, unknown, stopped)
+        unknown = search_functions(start, search, named)
+    return _result(search, named, located, left, unknown)
 
 
 def _begin_compiling(
@@ -103,22 +101,19 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
 
 def _result(
     search: Search,
-    base: Fitted,
+    named: Chain,
     located: MisfitMap,
-    links: list[Link],
-    naming: Naming,
     left: MisfitMap,
     unknown: Unknown | None,
-    stopped: str,
 ) -> Discovery:
-    last = links[-1].after if links else base
+    last, links, stopped = named.last, named.links, named.stopped
     odds = unexplained(left.p_value) if unknown is None else unknown.odds(last)
     function = None if unknown is None else unknown.beside
     if unknown is not None and unknown.replaces(last):
-        links, function = [], unknown.instead
+        links, function = (), unknown.instead
     if function is not None:
         stopped = "what is left is described by a function that nobody has named"
-    nominal_ = _judged(search, base, located)
+    nominal_ = _judged(search, named.base, located)
     steps, before = [], nominal_
     for link in links:
         misfit = left if link.after is last else locate(search.train, link.after, search.seed)
@@ -131,7 +126,7 @@ def _result(
         steps.append(_step(unknown.search, function, before, after))
     return Discovery(
         verdict=_verdict(steps, left),
-        probabilities=naming.with_unknown(odds),
+        probabilities=named.naming.with_unknown(odds),
         located=located,
         nominal=nominal_,
         steps=tuple(steps),

@@ -54,7 +54,7 @@ def nominal(
     seen = without_runs(problem, hold_out)
     parts = [[run for run in runs if is_slow(run) == slow] for slow in (False, True)]
     if not all(parts):
-        return _improved(problem, find_mode(key, seen.layout, seen.data))
+        return _improved(problem, find_mode(key, seen.layout, seen.data), hold_out)
     rotor = [name for name in effects if acts_on_rotor(name)]
     first = without_runs(pose(parts[0], friction, rotor), hold_out)
     found = find_mode(key, first.layout, first.data)
@@ -67,14 +67,22 @@ def nominal(
     # nothing would tell the descent how to free it.
     both = muscle | values
     start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, jnp.zeros((0, 0)), 0)
-    return _improved(problem, refine(start, seen.layout, seen.data))
+    return _improved(problem, refine(start, seen.layout, seen.data), hold_out)
 
 
-def _improved(problem: Problem, mode: Mode) -> Nominal:
-    """With what a mode tells of how the runs are best solved."""
+def _improved(problem: Problem, mode: Mode, hold_out: Sequence[str]) -> Nominal:
+    """With what a mode tells of how the runs are best solved, and that once more at the new mode."""
+    before = _solved(problem, mode)
+    seen = without_runs(before, hold_out)
+    if seen.layout != problem.layout:
+        return Nominal(before, mode)  # to search with inertia is left to the nested model
+    mode = refine(mode, seen.layout, seen.data)
+    return Nominal(_solved(problem, mode), mode)
+
+
+def _solved(problem: Problem, mode: Mode) -> Problem:
     problem = replace(problem, data=pivoted(mode.vector, problem.layout, problem.data))
-    values = constrain(mode.vector, problem.layout, problem.data)
-    return Nominal(solved_adequately(problem, values), mode)
+    return solved_adequately(problem, constrain(mode.vector, problem.layout, problem.data))
 
 
 def acts_on_rotor(effect: str) -> bool:

@@ -15,6 +15,8 @@ FIRST_STEPS = 6
 """Steps of each before the best goes on."""
 HOPELESS = 30.0
 """A start that is this far behind another after its first steps is given up."""
+REVISITED = 3
+"""Candidates from which the model without them is searched once more."""
 
 
 def best_fit(nested: Nested, base: Fitted, effect: str, seed: int) -> Fitted | None:
@@ -31,6 +33,19 @@ def best_fit(nested: Nested, base: Fitted, effect: str, seed: int) -> Fitted | N
     return max(
         (descend(nested, effects, one.point) for one in close), key=lambda one: one.log_evidence
     )
+
+
+def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
+    """`base`, or what the likeliest candidates lead to without their last effect if that is likelier.
+
+    Candidates had many starts; a base that stays at a poor local maximum would make all of them look
+    needed.
+    """
+    likely = sorted(fits, key=lambda one: -one.log_evidence)[:REVISITED]
+    room = np.zeros(base.point.size - base.used)
+    starts = [np.concatenate([one.point[: base.used], room]) for one in likely]
+    found = [descend(nested, base.effects, start) for start in starts]
+    return max([base, *found], key=lambda one: one.log_evidence)
 
 
 def _varied(starts: Sequence) -> list:

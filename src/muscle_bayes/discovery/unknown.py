@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from muscle_bayes.discovery import functions
-from muscle_bayes.discovery.chain import Link, Search, judge
+from muscle_bayes.discovery.chain import Chain, Link, Search, judge
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, blocks_of, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
@@ -42,18 +42,14 @@ class Unknown:
         return float(np.exp(np.clip(lead, 0.0, 700.0)))
 
 
-def search_functions(
-    start: Nominal, search: Search, base: Fitted, links: Sequence[Link]
-) -> Unknown:
+def search_functions(start: Nominal, search: Search, named: Chain) -> Unknown:
     """Functions on every port, beside the named effects and instead of them."""
-    chain = [link.effect for link in links]
-    last = links[-1].after if links else base
     ports = functions.ports(search.whole)
-    whole, _ = nest(start, (*chain, *ports))
+    whole, _ = nest(start, (*(link.effect for link in named.links), *ports))
     other = search.over(whole)
-    names = functions.candidates(traces(search.train, last), ports)
-    beside = _function(other, last, names)
-    return Unknown(other, beside, _function(other, base, names) if links else beside)
+    names = functions.candidates(traces(search.train, named.last), ports)
+    beside = _function(other, named.last, names)
+    return Unknown(other, beside, _function(other, named.base, names) if named.links else beside)
 
 
 def _function(search: Search, before: Fitted, names: Sequence[str]) -> Link | None:

@@ -119,7 +119,7 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         else:
             moving = jnp.zeros(()) if speed is None else speed
             response = simulate_fast(plant, schedule, q, moving, both)
-        return response._replace(averaged=response.averaged / lane.scale)
+        return response._replace(averaged=response.averaged / lane.scale + lane.swing)
 
     return simulate
 

@@ -20,7 +20,12 @@ from muscle_bayes.inference.predict import Prediction, predict, thin
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.reduction import ReductionError, solved_adequately, with_inertia
+from muscle_bayes.inference.reduction import (
+    ReductionError,
+    solved_adequately,
+    with_inertia,
+    with_swings,
+)
 from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settled_starts
 
 
@@ -92,8 +97,9 @@ def _predict_part(
                 values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
     kept = json.loads(posterior.tree.attrs["reduction"])
     heavy = [run for run, error in kept.items() if not ReductionError(**error).tolerable]
-    pivots = _pivoted(problem, values)
-    return predict(with_inertia(pivots, _middle(problem, values), heavy), values, seed)
+    middle = _middle(problem, values)
+    swung = with_swings(_pivoted(problem, values), middle)
+    return predict(with_inertia(swung, middle, heavy), values, seed)
 
 
 def _middle(problem: Problem, draws: Any) -> dict[str, Any]:

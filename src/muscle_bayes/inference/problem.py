@@ -55,6 +55,8 @@ class Lanes(NamedTuple):
     """Their standard deviations."""
     pivot: Float[Array, "lane 2"]
     """First reading and speed about which the response to them is taken for linear."""
+    swing: Float[Array, "lane interval"]
+    """What inertia adds to slow motion at the mode [log's unit]; 0 where it is not left out."""
     fine: FineGrid | None = None
     """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
     again: Float[Array, "lane interval"] | None = None
@@ -103,7 +105,7 @@ class Problem:
     site_runs: dict[str, tuple[str, ...]]
     """For each regime, the names of the runs along the axis of its per-run quantities."""
     reduction: Mapping[str, Any] = field(default_factory=dict)
-    """For each slow run that was compared, a ReductionError: what leaving out inertia changes."""
+    """For each slow run that was compared, a ReductionError: what inertia changes at the mode."""
 
 
 def _pad(record: Record, size: int) -> Record:
@@ -153,6 +155,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         start=start,
         start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
         pivot=start,
+        swing=np.zeros((len(padded), size)),
     )
 
 

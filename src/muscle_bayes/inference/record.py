@@ -29,6 +29,8 @@ FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
+FAST_LONGEST = 3.0
+"""Longest interval of a fast run, in these: a gap of the log is solved in as many as it takes."""
 FROZEN_READINGS = 20
 """Identical readings in a row that tell of a sensor without noise; fewer come about by chance."""
 SEGMENT = 0.25
@@ -150,8 +152,18 @@ def slow_record(run: Run) -> Record:
     return Record(schedule, where, mean, weight, coarse, first, slope)
 
 
+def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
+    """Nodes inside gaps, `longest` apart at most: the rotor swings on there."""
+    parts = [
+        np.linspace(begin, end, int(np.ceil((end - begin) / longest)) + 1)[1:-1]
+        for begin, end in pairwise(nodes)
+        if end - begin > longest
+    ]
+    return np.concatenate([np.zeros(0), *parts])
+
+
 def fast_record(run: Run) -> Record:
-    """Nodes at the (averaged) times of the readings, cut where the load changes."""
+    """Nodes at the (averaged) times of the readings, cut where the load changes, in gaps more."""
     time = run.table["time"].to_numpy()
     applied = run.table["applied"].to_numpy()
     width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
@@ -161,13 +173,14 @@ def fast_record(run: Run) -> Record:
     size = int(owner[-1]) + 1
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
-    jumps = np.setdiff1d(jumps, mean_time)
-    order = np.argsort(np.concatenate([mean_time, jumps]), kind="stable")
+    own = np.union1d(mean_time, jumps)
+    added = np.setdiff1d(np.union1d(own, _bridges(own, FAST_LONGEST * width)), mean_time)
+    order = np.argsort(np.concatenate([mean_time, added]), kind="stable")
 
     def merged(values: np.ndarray, fill: float) -> np.ndarray:
-        return np.concatenate([values, np.full(jumps.size, fill)])[order]
+        return np.concatenate([values, np.full(added.size, fill)])[order]
 
-    nodes = np.concatenate([mean_time, jumps])[order]
+    nodes = np.concatenate([mean_time, added])[order]
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     # Each interval sees the mean of the force logged from one node to the next: its impulse.

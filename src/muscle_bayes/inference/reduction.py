@@ -1,4 +1,7 @@
-"""Whether slow motion without inertia is good enough for a run; where it is not, inertia is kept."""
+"""Slow motion without inertia: corrected for its error at the mode where that is small.
+
+Where it is not, inertia is kept.
+"""
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -31,7 +34,10 @@ EVEN = 2**14
 
 
 class ReductionError(NamedTuple):
-    """How far a run's reduced solution is from the one with full inertia, at the mode."""
+    """How far a run's reduced solution is from the one with full inertia, at the mode.
+
+    Where the reduced solution is used, that distance, as it is at the mode, is added to it.
+    """
 
     rms: float
     """[the log's unit]"""
@@ -116,7 +122,9 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
                 index = np.flatnonzero(which)
                 part = jax.tree.map(lambda x, index=index: x[index], lanes)
                 if inertial:
-                    part = part._replace(fine=_fine(part, rates[index]))
+                    part = part._replace(
+                        fine=_fine(part, rates[index]), swing=jnp.zeros_like(part.swing)
+                    )
                 parts.append((part, regime, cut, tuple(owners[i] for i in index)))
     columns = [tuple(column) for column in zip(*parts, strict=True)]
     all_lanes, regimes, segmented, lane_runs = columns
@@ -128,8 +136,18 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
     )
 
 
-def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionError]:
-    """What leaving out inertia changes in each reduced run's readings, at these values."""
+def _unswung(problem: Problem) -> Problem:
+    lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in problem.data.lanes)
+    return replace(problem, data=problem.data._replace(lanes=lanes))
+
+
+def with_swings(problem: Problem, values: Values) -> Problem:
+    """The problem with what inertia adds at these values to every reduced run, and how much that is.
+
+    Slow motion plus a constant is right at `values` and, to first order, near them: what stays is how
+    the rotor's swings change with the parameters.
+    """
+    problem = _unswung(problem)
     layout, data = problem.layout, problem.data
     slow = [
         problem.runs[i].name
@@ -138,9 +156,9 @@ def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionErr
         for i in owners
     ]
     if not slow:
-        return {}
+        return problem
     whole = with_inertia(problem, values, slow)
-    found = {}
+    errors, parts = {}, []
     groups = zip(
         data.lanes,
         _responses(values, layout, data),
@@ -150,23 +168,31 @@ def reduction_errors(problem: Problem, values: Values) -> dict[str, ReductionErr
     )
     for lanes, reduced, full, owners in groups:
         lasting = np.diff(np.asarray(lanes.schedule.time), axis=1) > 0.0
-        distance = np.asarray(full.averaged - reduced.averaged)
+        swing = np.where(lasting, np.asarray(full.averaged - reduced.averaged), 0.0)
         for lane, owner in enumerate(owners):
             run = problem.runs[owner]
             if run.name in slow:
-                away = distance[lane][lasting[lane]]
+                away = swing[lane][lasting[lane]]
                 misfit = np.hypot(values["slow.noise"], values["slow.discrepancy"])
-                found[run.name] = ReductionError(
+                errors[run.name] = ReductionError(
                     rms=float(np.sqrt(np.mean(away**2))),
                     largest=float(np.max(np.abs(away))),
                     tolerance=TOLERANCE * float(run.sensor.resolution or misfit),
                 )
-    return found
+        solved = np.isfinite(swing).all(axis=1, keepdims=True)
+        parts.append(lanes._replace(swing=jnp.asarray(np.where(solved, swing, 0.0))))
+    return replace(
+        problem,
+        data=data._replace(lanes=tuple(parts)),
+        reduction={**problem.reduction, **errors},
+    )
 
 
 def solved_adequately(problem: Problem, values: Values) -> Problem:
-    """The problem with full inertia wherever leaving it out changes readings by too much."""
-    errors = reduction_errors(problem, values)
-    poor = [name for name, error in errors.items() if not error.tolerable]
-    problem = with_inertia(problem, values, poor)
-    return replace(problem, reduction={**problem.reduction, **errors})
+    """The problem with full inertia wherever leaving it out changes readings by too much.
+
+    And, elsewhere, with what it changes added.
+    """
+    problem = with_swings(problem, values)
+    poor = [name for name, error in problem.reduction.items() if not error.tolerable]
+    return with_inertia(problem, values, poor)

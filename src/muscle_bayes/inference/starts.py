@@ -106,6 +106,7 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
         reading=lanes.reading[:, between],
         weight=lanes.weight[:, between],
         coarse=lanes.coarse[:, between],
+        swing=lanes.swing[:, between],
     )
 
 
