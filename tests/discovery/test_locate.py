@@ -7,7 +7,7 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.describe import where
-from muscle_bayes.discovery.locate import scan
+from muscle_bayes.discovery.locate import LEAST_P, of_largest, scan
 from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.twin import Rig, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
@@ -33,6 +33,19 @@ def test_without_misfit_p_values_are_uniform() -> None:
         # Four binomial standard deviations.
         width = 4.0 * np.sqrt(level * (1.0 - level) / found.size)
         assert abs(np.mean(found <= level) - level) < width
+
+
+def test_p_values_beyond_the_replicates_follow_the_tail() -> None:
+    """Largest of 300 windows' scores: 400 replicates tell p-values down to 1e-4 within a factor 3."""
+    rng = np.random.default_rng(4)
+    draws = rng.chisquare(20, (40_000, 300)).max(axis=1)
+    few = draws[:400]
+    levels = np.array([0.2, 0.01, 1e-3, 1e-4])
+    scores = np.quantile(draws, 1.0 - levels)
+    found = of_largest(scores, few)
+    assert np.all(np.abs(np.log(found / levels)) < np.log([1.5, 2.0, 3.0, 3.0]))
+    assert of_largest(np.array([1e6]), few)[0] == LEAST_P
+    assert np.all(np.diff(of_largest(np.linspace(20.0, 90.0, 500), few)) <= 1e-15)
 
 
 def test_a_misfit_is_found_where_it_is() -> None:

@@ -67,3 +67,20 @@ def test_odds_of_a_p_value() -> None:
     assert unexplained(0.5) == 1.0
     assert unexplained(0.05) == pytest.approx(1.0 / 0.407, rel=1e-3)  # Sellke et al., table 1
     assert unexplained(0.01) == pytest.approx(1.0 / 0.125, rel=3e-3)
+
+
+def test_an_effect_is_no_likelier_than_the_misfit_is_significant() -> None:
+    sure = weigh(_scored(0.0, 0.0), {"a": _scored(0.2), "b": _scored(0.1)}, BLOCKS, 0)
+    assert sure.claims
+    unseen = sure.supported(0.6)
+    assert unseen.probabilities[NONE] == pytest.approx(0.5)
+    assert not unseen.claims
+    ratio = sure.probabilities["b"] / sure.probabilities["a"]
+    assert unseen.probabilities["b"] / unseen.probabilities["a"] == pytest.approx(ratio)
+    assert sum(unseen.probabilities.values()) == pytest.approx(1.0)
+    assert sure.supported(1e-12).claims
+
+
+def test_a_misfit_adds_nothing_to_the_evidence_for_effects() -> None:
+    naming = weigh(_scored(0.0, 0.0), {"a": _scored(-0.1)}, BLOCKS, 0)
+    assert naming.supported(1e-12) == naming

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.holding import without_runs
+from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import Naming, blocks_of, weigh
 from muscle_bayes.discovery.search import fit_candidates, without_last
 from muscle_bayes.inference.descent import Fitted
@@ -79,6 +80,7 @@ def chain(search: Search, base: Fitted, names: Sequence[str]) -> Chain:
             links[-1] = replace(links[-1], after=current)
         lines = traces(search.train, current)
         naming = weigh(current, fits, blocks_of(lines, current.errors.size), search.seed)
+        naming = naming.supported(locate(search.train, current, search.seed).p_value)
         first = first or naming
         if not naming.claims:
             return ended("nothing significant that a named effect explains remains")

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import gumbel_r
 
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.describe import where
@@ -20,6 +21,10 @@ SETTLING = 30.0
 """Time after a change of load that is not judged in slow runs, s."""
 REPLICATES = 400
 """Data sets without misfit, by which windows are judged."""
+COUNTED = 10
+"""Replicates as extreme from which on their share is the p-value."""
+LEAST_P = 1e-12
+"""Smaller p-values are not told: no tail is known so far out."""
 SHORTEST = 8
 """Intervals of the shortest window."""
 SIGNIFICANT = 0.01
@@ -113,7 +118,7 @@ class Scan(NamedTuple):
     score: Float[np.ndarray, " window"]
     """Sum of squares above its mean without misfit, in its standard deviations."""
     p_value: Float[np.ndarray, " window"]
-    """Share of data sets without misfit in which any window scores as high."""
+    """Probability that without misfit any window scores as high."""
     excess: Float[np.ndarray, " error"]
     """Squared errors beyond what is expected."""
 
@@ -129,8 +134,8 @@ def scan(
 
     Standardised errors e keep the part that parameters cannot absorb: e - S (S'S + P)^-1 S'e, with
     slopes S and S'S + P the information. Each window's sum of squares is compared with that of
-    REPLICATES sets of standard normal errors; its p-value is the share of them in which any window of
-    any run is as extreme. Source: Westfall and Young, Resampling-Based Multiple Testing (1993).
+    REPLICATES sets of standard normal errors; its p-value is the probability that any window of any
+    run is as extreme. Source: Westfall and Young, Resampling-Based Multiple Testing (1993).
     """
     factor = cho_factor(information)
 
@@ -147,8 +152,30 @@ def scan(
     centre, spread = null_sums.mean(axis=1), null_sums.std(axis=1) + 1e-12
     extreme = ((null_sums - centre[:, None]) / spread[:, None]).max(axis=0)
     score = (total[end] - total[start] - centre) / spread
-    p_value = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (REPLICATES + 1)
-    return Scan(start, end, run, score, p_value, seen - null.mean(axis=1))
+    return Scan(start, end, run, score, of_largest(score, extreme), seen - null.mean(axis=1))
+
+
+def of_largest(
+    score: Float[np.ndarray, " window"], extreme: Float[np.ndarray, " replicate"]
+) -> Float[np.ndarray, " window"]:
+    """Probability that the largest score without misfit is as high, from that of many replicates.
+
+    Their share, and where fewer than COUNTED are as high, the tail of the Gumbel distribution with
+    their mean and variance, joined to it there. Source: Abrams, Kleinman and Kulldorff, International
+    Journal of Health Geographics 9:61 (2010).
+    """
+    share = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (extreme.size + 1)
+    law = gumbel_r(*_by_moments(extreme))
+    joint = np.sort(extreme)[-COUNTED]
+    level = COUNTED / (extreme.size + 1)
+    tail = level * np.exp(law.logsf(score) - law.logsf(joint))
+    return np.where(score > joint, np.maximum(tail, LEAST_P), share)
+
+
+def _by_moments(values: np.ndarray) -> tuple[float, float]:
+    """Location and scale of the Gumbel distribution with these values' mean and variance."""
+    scale = float(np.std(values)) * np.sqrt(6.0) / np.pi
+    return float(np.mean(values)) - np.euler_gamma * scale, scale
 
 
 def _told(lines: Sequence[Trace], found: Scan, index: int, whole: float) -> Located:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -40,6 +40,22 @@ class Naming:
     """Of every candidate and of none; they sum to 1."""
     log_evidence: Mapping[str, float]
     """Of every candidate and of none."""
+
+    def supported(self, p_value: float) -> "Naming":
+        """The same, something missing being at most as likely as the misfit's p-value allows.
+
+        Evidence rests on the model being right to the last; a misfit that cannot be seen in any
+        window is none that an effect should be claimed for. Odds of all candidates together against
+        none stay below `unexplained(p_value)` times those a priori.
+        """
+        none = self.probabilities[NONE]
+        odds = (1.0 - none) / max(none, 1e-300)
+        limit = unexplained(p_value) * (1.0 - PRIOR_NONE) / PRIOR_NONE
+        if odds <= limit:
+            return self
+        share = limit / (1.0 + limit) / (1.0 - none)
+        found = {name: share * p for name, p in self.probabilities.items()}
+        return replace(self, probabilities=found | {NONE: 1.0 / (1.0 + limit)})
 
     @property
     def best(self) -> str:

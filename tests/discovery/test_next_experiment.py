@@ -1,0 +1,67 @@
+"""Plans that separate two explanations: their course, and what they are expected to tell."""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.data import read_runs
+from muscle_bayes.discovery import next_experiment
+from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of
+from muscle_bayes.discovery.nominal import nest, nominal
+from muscle_bayes.inference.descent import descend
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.problem import pose
+from muscle_bayes.twin import Rig
+
+DATA = Path(__file__).parents[2] / "data"
+ROOM = 25.0
+
+
+def test_a_plan_heats_holds_and_cools_as_the_heater_does() -> None:
+    thermal = Thermal(ROOM, heating=2.0, cooling=0.02)
+    (plan, *_) = plans(ROOM, (0.2,))
+    nodes, level = course(plan, thermal, 4000)
+    assert nodes[0] == 0.0
+    assert level.min() == pytest.approx(ROOM)
+    assert 85.0 < level.max() < 95.0
+    rate = np.diff(level) / np.diff(nodes)
+    assert rate.max() == pytest.approx(2.0, rel=1e-2)
+    middle = 0.5 * (level[1:] + level[:-1])
+    # Held setpoints and the chords of the cooling aside, it falls as Newton's law says.
+    falling = (rate < -0.05) & (middle > ROOM + 10.0)
+    law = -0.02 * (middle[falling] - ROOM)
+    assert np.median(rate[falling] / law) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_heater_is_read_off_the_runs() -> None:
+    """Free cooling of the shipped synthetic staircases against the twin's own time constant."""
+    with jax.enable_x64(True):
+        nested = Nested(pose(read_runs([DATA / "staircase-139g.csv"]), "coulomb", ("slack",)))
+    found = thermal_of(nested)
+    assert found is not None
+    assert 1.0 / found.cooling == pytest.approx(Rig().heater.cooling_time, rel=0.1)
+    assert found.heating > 0.5
+
+
+@pytest.mark.slow
+def test_what_is_proposed_separates_what_it_says_and_can_be_recorded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(next_experiment, "FACTORS", (1.0,))
+    runs = read_runs([DATA / "spring-1.csv", DATA / "staircase-139g.csv"])
+    whole, point = nest(nominal(runs, "coulomb", (), 0), ("bias-torque", "second-relaxation"))
+    base = descend(whole, (), point)
+    start = np.concatenate([base.point[: base.used], np.zeros(8)])
+    first, second = (descend(whole, (name,), start, 3) for name in whole.layout.effects)
+    found = propose(whole, first, second)
+    assert found is not None
+    assert found.separates == ("bias-torque", "second-relaxation")
+    assert found.information > 0.0
+    sequence = parse_sequence(found.sequence.encode(), "next.toml")
+    assert sequence.run[0].load == pytest.approx(found.loads[0])
+    same = propose(whole, first, first)
+    assert same is not None
+    assert same.information == pytest.approx(0.0, abs=1e-9)
