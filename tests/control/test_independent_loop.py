@@ -10,6 +10,7 @@ from muscle_bayes.control.design import Design
 from muscle_bayes.control.gains import Gains
 from muscle_bayes.control.header import bench_gains, on_the_bench
 from muscle_bayes.control.scenarios import course_of
+from muscle_bayes.twin import make_effect
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.parameters import Truth
 from muscle_bayes.twin.rig import Element, Rig
@@ -33,10 +34,13 @@ def spring(strain, stiffness, minimum):
     return minimum * np.clip(strain / 1e-3, 0, 1) + stiffness * np.maximum(strain - 1e-3, 0.0)
 
 
-def rates(state, duty, mass, contact):
-    """The joint's equations (FACTS' 7-10, 13-17, heater tubes), written anew; lag 0."""
+def rates(state, duty, mass, effect):
+    """The joint's equations (FACTS' 7-10, 13-17, heater tubes), written anew; lag 0.
+
+    The last two states are the strains of a second relaxation, in series with HYST.
+    """
     p = TABLE_2
-    q, speed, hyst, excess = state[0], state[1], state[2:4], state[4:6]
+    q, speed, hyst, excess, second = state[0], state[1], state[2:4], state[4:6], state[6:8]
     mirror = np.array([1.0, -1.0])
     across = 0.115 + mirror * 0.03 * np.sin(q)
     along = 0.03 - 0.03 * np.cos(q)
@@ -44,9 +48,9 @@ def rates(state, duty, mass, contact):
     strain = length / 0.1 - 1.0
     temperature = 25.0 + excess
     offset = p["A"] * temperature**2 + p["B"] * temperature + p["C"]
-    modulus = spring(strain - offset - hyst, 0.1 * p["K_modulus"], p["F_modulus_min"])
+    modulus = spring(strain - offset - hyst - second, 0.1 * p["K_modulus"], p["F_modulus_min"])
     pull = modulus
-    if contact:
+    if effect == "coil-contact":
         over = strain - COIL_CONTACT["coil-contact.onset"]
         pull = modulus + COIL_CONTACT["coil-contact.stiffness"] * np.minimum(over, 0.0)
     lever = (along * 0.03 * np.sin(q) + across * mirror * 0.03 * np.cos(q)) / length
@@ -55,19 +59,32 @@ def rates(state, duty, mass, contact):
     relax = (modulus - spring(hyst, 0.1 * p["K_hyst"], p["F_hyst_min"])) / (0.1 * damper)
     heat = 4.5 * np.asarray(duty) / 255 - excess / 48
     inertia = TABLE_1_LINEAR["J"] + mass * 0.0889**2
-    return np.concatenate([[speed, torque / inertia], relax, heat])
+    own = SECOND if effect == "second-relaxation" else SECOND | {COMPLIANCE: 0.0}
+    creep = (own[COMPLIANCE] * modulus - second) / own["second-relaxation.time_constant"]
+    return np.concatenate([[speed, torque / inertia], relax, heat, creep])
 
 
-@pytest.mark.parametrize("contact", [False, True])
-def test_loop_agrees_with_an_adaptive_integrator(contact):
-    effects = ("coil-contact",) if contact else ()
-    values = TABLE_1_LINEAR | TABLE_2 | HEATER | (COIL_CONTACT if contact else {})
-    joint, imposed = joint_of(values, effects=effects), course()
+COMPLIANCE = "second-relaxation.compliance"
+SECOND = {COMPLIANCE: 0.004, "second-relaxation.time_constant": 2.0}
+
+
+def settled(state, effect):
+    """The state with the second relaxation at rest under its tension, the rest held."""
+    for _ in range(4000):
+        state = np.r_[state[:6], state[6:8] + 0.02 * rates(state, (0, 0), 0.0, effect)[6:8]]
+    return state
+
+
+@pytest.mark.parametrize("effect", [None, "coil-contact", "second-relaxation"])
+def test_loop_agrees_with_an_adaptive_integrator(effect):
+    more = {None: {}, "coil-contact": COIL_CONTACT, "second-relaxation": SECOND}[effect]
+    values = TABLE_1_LINEAR | TABLE_2 | HEATER | more
+    joint, imposed = joint_of(values, effects=(effect,) if effect else ()), course()
     trace = loop(joint, GAINS, imposed)
 
     found = bench_gains(GAINS, Design())
     law = IntegerPI(found.kp, found.ki, found.bias)
-    state = np.r_[trace.angle[0], 0.0, trace.hyst[0], 0.0, 0.0]
+    state = settled(np.r_[trace.angle[0], 0.0, trace.hyst[0], np.zeros(4)], effect)
     seen = counts(state[0])
     states = []
     for setpoint, mass in zip(imposed.setpoint, imposed.load, strict=True):
@@ -75,7 +92,7 @@ def test_loop_agrees_with_an_adaptive_integrator(contact):
         duty = law(counts(setpoint), seen)
         seen = counts(state[0])
         solved = solve_ivp(
-            lambda t, x, duty=duty, mass=mass: rates(x, duty, mass, contact),
+            lambda t, x, duty=duty, mass=mass: rates(x, duty, mass, effect),
             (0.0, PERIOD),
             state,
             method="DOP853",
@@ -86,17 +103,27 @@ def test_loop_agrees_with_an_adaptive_integrator(contact):
     expected = np.array(states)
     assert np.abs(expected[:, 0]).max() > 0.05  # it moved
     # A tenth of a count; touching coils are stiff, and ring faster when the load jumps.
-    assert trace.angle == pytest.approx(expected[:, 0], abs=1.5e-3 if contact else 6e-4)
+    limit = 1.5e-3 if effect == "coil-contact" else 6e-4
+    assert trace.angle == pytest.approx(expected[:, 0], abs=limit)
+    if effect == "second-relaxation":
+        assert np.ptp(expected[:, 6:8], axis=0).max() > 1e-3  # it crept
     assert np.sqrt(np.mean((trace.angle - expected[:, 0]) ** 2)) < 1.5e-4
     assert trace.hyst == pytest.approx(expected[:, 2:4], abs=2e-5)
     assert trace.temperature - 25.0 == pytest.approx(expected[:, 4:6], abs=0.3)
 
 
-def test_loop_agrees_with_the_twin_where_dry_friction_sticks():
-    imposed = course()
-    joint = joint_of(TABLE_1_COULOMB | TABLE_2 | HEATER, friction="coulomb")
+STRIBECK = {"breakaway": 0.003, "speed": 0.05}
+
+
+@pytest.mark.parametrize("stribeck", [False, True])
+def test_loop_agrees_with_the_twin_where_dry_friction_sticks(stribeck):
+    imposed, name = course(), "stribeck-friction"
+    values = TABLE_1_COULOMB | TABLE_2 | HEATER
+    values |= {f"{name}.{key}": value for key, value in STRIBECK.items()} if stribeck else {}
+    joint = joint_of(values, friction="coulomb", effects=(name,) if stribeck else ())
     trace = loop(joint, GAINS, imposed)
-    rig = Rig(element_b=Element(kind="muscle"), truth=Truth())
+    hidden = (make_effect(name, **STRIBECK),) if stribeck else ()
+    rig = Rig(element_b=Element(kind="muscle"), truth=Truth(effects=hidden))
     bench = Bench(rig, load=0.0, hyst=float(trace.hyst[0, 0]))
     bench.place(float(trace.angle[0]))
     found = bench_gains(GAINS, Design())

@@ -1,7 +1,5 @@
 """Many draws at once; results as objects and figures; tuning."""
 
-import json
-
 import numpy as np
 import pytest
 from loops import loop
@@ -20,7 +18,6 @@ from muscle_bayes.control.sensitivity import judged_values
 from muscle_bayes.control.study import robustness
 from muscle_bayes.control.tune import Effort, tune
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.report.control_figures import scenario_figure
 
 GAINS = Gains(proportional=3000.0, integral=100.0)
@@ -128,11 +125,3 @@ def test_a_joint_needs_two_muscles(tmp_path):
     path.write_text("[potentiometer]\nzero_reading = 500.0\nradians_per_count = -0.004\n")
     assert read_design(path).potentiometer.radians_per_count == -0.004
     assert Design().plant().side_b.relaxes
-
-
-@pytest.mark.parametrize("effect", ["second-relaxation", "stribeck-friction"])
-def test_effects_that_a_loop_does_not_simulate_are_refused(posterior, heater, effect: str) -> None:
-    tree = posterior.tree.copy()
-    tree.attrs = {**posterior.tree.attrs, "effects": json.dumps([effect])}
-    with pytest.raises(MuscleBayesError, match="does not simulate"):
-        joint_draws(Posterior(tree), heater, 2)

@@ -10,13 +10,14 @@ from jaxtyping import Array, Float
 from muscle_bayes.control.heater import HeaterState
 from muscle_bayes.control.joint import Joint
 from muscle_bayes.control.laws.law import Law, Measured
-from muscle_bayes.control.rest import at_rest, balanced
+from muscle_bayes.control.rest import at_rest, balanced, remembering_rest
 from muscle_bayes.control.rotor import Motion, advance
 from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.memory import Memory, advanced
+from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.quasistatic import once
 from muscle_bayes.physics.springs import tensile_strain
 
@@ -55,11 +56,33 @@ class _Loop(NamedTuple):
     heat: HeaterState
     lagged: tuple[Float[Array, "2"], ...]
     """Temperatures behind each temperature filter of the plant [C]."""
+    memory: Memory
+    """What effects with memory remember of both muscles."""
     late: Float[Array, " delay"]
     """Readings that the controller has not seen yet, oldest first."""
     held: Float[Array, "2"]
     """Thermocouples' readings [C]."""
     law: Any
+
+
+def _crossed(
+    plant: Plant, motion: Motion, memory: Memory, drive: Drive, step: float
+) -> tuple[Motion, Memory]:
+    """Rotor and muscles after one step, and what effects remember then: exponential midpoint rule."""
+    if not memory:
+        return once(advance(plant, motion, drive, step)), memory
+    now = plant.remembering(memory)
+    half = once(advanced(now, memory, motion.q, motion.hyst, drive, jnp.asarray(0.5 * step)))
+    now = plant.remembering(half)
+    after = once(advance(now, motion, drive, step))
+    q, hyst = 0.5 * (motion.q + after.q), 0.5 * (motion.hyst + after.hyst)
+    return after, once(advanced(now, memory, q, hyst, drive, jnp.asarray(step)))
+
+
+def resting_plant(joint: Joint) -> Plant:
+    """The joint's plant, remembering what it does where it rests in the cold without load."""
+    cold = jnp.full(2, joint.heater.room)
+    return remembering_rest(joint.plant, Drive(cold, jnp.zeros(()), jnp.zeros(())))
 
 
 def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
@@ -68,13 +91,14 @@ def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
     Training at a small load leaves HYST short; mounted, it creeps towards the joint's tension.
     """
     cold = Drive(jnp.full(2, joint.heater.room), load, jnp.zeros(()))
-    rest = at_rest(joint.plant, cold)
-    side = joint.plant.side_a
+    plant = remembering_rest(joint.plant, cold)
+    rest = at_rest(plant, cold)
+    side = plant.side_a
     assert isinstance(side, Muscle)
     muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
     short = tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
     hyst = jnp.where(trained > 0.0, short, rest.hyst)
-    return Motion(balanced(joint.plant, hyst, cold), rest.speed, hyst)
+    return Motion(balanced(plant, hyst, cold), rest.speed, hyst)
 
 
 def simulate(
@@ -97,19 +121,18 @@ def simulate(
     renewed = jnp.arange(count) % meter.every == 0
 
     def cross(loop: _Loop, load: Scalar, duty: Float[Array, "2"]) -> _Loop:
-        motion, heat, lagged = loop.motion, loop.heat, loop.lagged
+        motion, heat, lagged, memory = loop.motion, loop.heat, loop.lagged, loop.memory
         for _ in range(clock.substeps):
             before, heat = room + heat.excess, heat_step(heat, duty)
             after = room + heat.excess
-            memories = []
-            for one, memory in zip(filters, lagged, strict=True):
-                advanced = one.advance(memory, before, after, jnp.asarray(step))
-                memories.append(advanced)
-                before, after = memory, advanced
-            lagged = tuple(memories)
+            later = []
+            for one, late in zip(filters, lagged, strict=True):
+                later.append(one.advance(late, before, after, jnp.asarray(step)))
+                before, after = late, later[-1]
+            lagged = tuple(later)
             drive = Drive(0.5 * (before + after), load, jnp.zeros(()))
-            motion = once(advance(plant, motion, drive, step))
-        return loop._replace(motion=motion, heat=heat, lagged=lagged)
+            motion, memory = _crossed(plant, motion, memory, drive, step)
+        return loop._replace(motion=motion, heat=heat, lagged=lagged, memory=memory)
 
     def period(loop: _Loop, now: tuple) -> tuple[_Loop, Trace]:
         aim, load, disturbance, renew = now
@@ -128,6 +151,7 @@ def simulate(
         start,
         HeaterState(jnp.zeros(2), jnp.zeros(2)),
         tuple(cold for _ in filters),
+        remembering_rest(plant, Drive(cold, course.load[0], jnp.zeros(()))).memory,
         jnp.repeat(first, sensor.delay),
         cold,
         law.initial(),

@@ -16,7 +16,6 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.rig import with_parameters
-from muscle_bayes.physics.effect import MemoryEffect
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -101,13 +100,6 @@ def joint_draws(
             f"the posterior has no {', '.join(missing)}. Mend: fit runs with a muscle, "
             "`muscle-bayes fit STAIRCASE_RUN... --given FIXTURE.nc --out MUSCLE.nc`"
         )
-    for name in posterior.effects:
-        kind = effect_type(name)
-        if issubclass(kind, MemoryEffect) or kind.port == "friction":
-            raise MuscleBayesError(
-                f"effect '{name}' has a memory or changes dry friction, which the closed loop does "
-                "not simulate. Mend: fit the muscle without it for the controller study"
-            )
     generator = np.random.default_rng(seed)
     names = [*needed, *(n for n in posterior.parameters if n.split(".")[0] in posterior.effects)]
     flat = {name: group[name].to_numpy().reshape(-1) for name in names}

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from muscle_bayes.control.closed_loop import start_of
+from muscle_bayes.control.closed_loop import resting_plant, start_of
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.gains import FeedForward
 from muscle_bayes.control.rest import bisect
@@ -24,7 +24,7 @@ def feedforward_of(draws: JointDraws) -> FeedForward:
     The table covers the angles that either muscle reaches at HOTTEST.
     """
     joint = draws.mean().one()
-    plant, heater = joint.plant, joint.heater
+    plant, heater = resting_plant(joint), joint.heater
     start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
     low, high = (jnp.asarray(float(stop)) for stop in plant.stops)
     most = HOTTEST - float(heater.room)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 import control
-from muscle_bayes.control.closed_loop import start_of
+from muscle_bayes.control.closed_loop import resting_plant, start_of
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.gains import Gains
 from muscle_bayes.control.heater import FULL_DUTY
@@ -40,7 +40,7 @@ class OperatingPoint(NamedTuple):
 
 def _rates(joint: Joint, bias: Array):
     """dx/dt of STATES as a function of (x, duty of B); A's excess stays at `bias` [K]."""
-    heater, plant = joint.heater, joint.plant
+    heater, plant = joint.heater, resting_plant(joint)
     lag = jnp.maximum(heater.lag, LEAST_LAG)
 
     def rates(x, duty):
@@ -69,7 +69,7 @@ class _Held(NamedTuple):
 def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
     """The operating point, and whether there is one."""
     start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
-    plant, heater = joint.plant, joint.heater
+    plant, heater = resting_plant(joint), joint.heater
 
     def force(excess: Array, q: Array) -> Array:
         temperature = heater.room + jnp.stack([bias, excess])
@@ -112,7 +112,8 @@ def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateS
     """From the duty of muscle B to the angle [rad], about an operating point.
 
     Dry friction has no linearisation and is left out: a joint that sticks moves less than this says.
-    Temperature filters among the effects are left out as well. Raises as `operating_point`.
+    Temperature filters among the effects are left out as well, and what effects remember is held as
+    it is at rest. Raises as `operating_point`.
     """
     held = _reached(joint, angle, bias)
     a, b = _matrices(joint, held, jnp.asarray(float(bias)))

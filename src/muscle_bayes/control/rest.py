@@ -6,9 +6,12 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.control.rotor import Motion
 from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.memory import rested
 from muscle_bayes.physics.plant import Drive, Plant
 
 HALVINGS = 48
+REST_ROUNDS = 6
+"""Times that rest and what is remembered there are found in turn."""
 LONGEST_HYST = 3.0
 """Strain beyond which no relaxed HYST is looked for."""
 
@@ -42,8 +45,18 @@ def balanced(plant: Plant, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
     )
 
 
+def remembering_rest(plant: Plant, drive: Drive) -> Plant:
+    """The plant with what its effects remember where it rests; itself where none remembers."""
+    if not plant.memory_effects:
+        return plant
+    for _ in range(REST_ROUNDS):
+        rest = at_rest(plant, drive)
+        plant = rested(plant, rest.q, rest.hyst, drive)
+    return plant
+
+
 def at_rest(plant: Plant, drive: Drive) -> Motion:
-    """The state that a joint left alone for long comes to."""
+    """The state that a joint left alone for long comes to, what is remembered being held."""
     low, high = plant.stops
     still = jnp.zeros(())
 

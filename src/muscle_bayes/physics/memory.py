@@ -62,10 +62,13 @@ def _moved(
     return origin + duration * _mean_decay(slope * duration) * pull
 
 
-def _advanced(
+def advanced(
     plant: Plant, origin: Memory, q: Scalar, hyst: Float[Array, "2"], drive: Drive, duration: Scalar
 ) -> Memory:
-    """All states after `duration` [s], everything else held."""
+    """All states after `duration` [s] from `origin`, everything else held.
+
+    Their rates are straight about what `plant` remembers.
+    """
     return {
         effect.name: jnp.stack(
             [
@@ -87,7 +90,7 @@ def rested(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Pl
     first = {effect.name: jnp.broadcast_to(effect.initial(), (2,)) * 1.0 for effect in effects}
 
     def longer(memory: Memory, duration: Scalar) -> tuple[Memory, None]:
-        return _advanced(plant.remembering(memory), memory, q, hyst, drive, duration), None
+        return advanced(plant.remembering(memory), memory, q, hyst, drive, duration), None
 
     durations = FIRST_REST * REST_RATIO ** jnp.arange(REST_STEPS, dtype=q.dtype)
     return plant.remembering(jax.lax.scan(longer, first, durations)[0])
@@ -122,11 +125,11 @@ def remembering(motion: Motion) -> Step:
         first = Drive(before, schedule.load[index], schedule.applied[index])
         middle = first._replace(temperature=0.5 * (before + after))
         now = plant.remembering(memory)
-        half = once(_advanced(now, memory, begun.q, begun.hyst, first, 0.5 * duration))
+        half = once(advanced(now, memory, begun.q, begun.hyst, first, 0.5 * duration))
         now = plant.remembering(half)
         crossed = once(motion.cross(now, begun, schedule, index))
         q, hyst = motion.middle(begun, crossed), 0.5 * (begun.hyst + crossed.hyst)
-        memory = once(_advanced(now, memory, q, hyst, middle, duration))
+        memory = once(advanced(now, memory, q, hyst, middle, duration))
         return Remembered(
             motion.arrive(plant.remembering(memory), crossed, schedule, index), memory
         )
