@@ -30,7 +30,7 @@ def estimates(nested: Nested, fitted: Fitted, effect: str, seed: int) -> dict[st
 
 def _spread(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " shared"]:
     """Posterior over prior standard deviation of every shared entry."""
-    variance = np.diag(np.linalg.inv(fitted.information))[: nested.shared]
+    variance = np.diag(fitted.precision.inverse())[: nested.shared]
     prior = np.asarray(fitted.slope.prior)[: nested.shared]
     return np.sqrt(variance * np.maximum(prior, 1e-12))
 

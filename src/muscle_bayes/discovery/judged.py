@@ -18,10 +18,9 @@ SHARE = 0.05
 
 def laplace_draws(fitted: Fitted, count: int, seed: int) -> np.ndarray:
     """Points drawn from the normal approximation of the posterior."""
-    root = np.linalg.cholesky(fitted.information)
     kicks = np.random.default_rng(seed).standard_normal((fitted.used, count))
     points = np.tile(fitted.point, (count, 1))
-    points[:, : fitted.used] += np.linalg.solve(root.T, kicks).T
+    points[:, : fitted.used] += fitted.precision.spread(kicks).T
     return points
 
 

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import gumbel_r
 
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.describe import where
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Nested
 
 TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
@@ -137,10 +137,10 @@ def scan(
     REPLICATES sets of standard normal errors; its p-value is the probability that any window of any
     run is as extreme. Source: Westfall and Young, Resampling-Based Multiple Testing (1993).
     """
-    factor = cho_factor(information)
+    precision = FactoredPrecision(information)
 
     def left(values: np.ndarray) -> np.ndarray:
-        return values - slopes @ cho_solve(factor, slopes.T @ values)
+        return values - slopes @ precision.solve(slopes.T @ values)
 
     rng = np.random.default_rng(seed)
     null = left(rng.standard_normal((errors.size, REPLICATES))) ** 2

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_factor, cho_solve
 
 from muscle_bayes.bench import regimes
 from muscle_bayes.bench.sequence import Repeat, Stage
@@ -14,6 +13,7 @@ from muscle_bayes.bench.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequence_file import to_toml
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.problem import Lanes
@@ -179,11 +179,11 @@ def _information(
     slopes = np.asarray(
         slope_at(jnp.asarray(first.point), first.choice, layout, data).errors[group]
     )
-    known = cho_solve(cho_factor(first.information), np.eye(first.used))
+    known = first.precision.inverse()
     for index, name in enumerate(names):
         # A new run has a zero, a start and a HYST of its own.
         known[index, index] += FRESH.get(name.split(".")[-1].partition("[")[0], 0.0) ** 2
-    precision = np.linalg.inv(known)
+    precision = FactoredPrecision(known).inverse()
     found = []
     for lane in range(len(part)):
         d, s = difference[lane], slopes[: first.used, lane].T

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import biject_to
-from scipy.linalg import cho_factor, cho_solve
 
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import SLOT_STEP, Nested, general
@@ -40,7 +39,7 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
     layout, data = nested.layout, nested.data
     effects = (*base.effects, effect)
     choice = nested.choice(effects)
-    factor, slopes, kept = cho_factor(base.information), base.jacobian, base.errors
+    slopes, kept = base.jacobian, base.errors
     found = []
     for strength, own in _draws(nested, effect, key):
         judged = explained_at(
@@ -50,7 +49,7 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
         if not (np.isfinite(float(judged.potential)) and np.isfinite(errors).all()):
             continue
         change = errors - kept
-        absorbed = cho_solve(factor, slopes.T @ change)
+        absorbed = base.precision.solve(slopes.T @ change)
         rest = change - slopes @ absorbed
         gain = float(-kept @ rest - 0.5 * (rest @ rest))
         moved = base.point.copy()

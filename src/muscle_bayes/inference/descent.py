@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.inference.density import LOG_2PI
+from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Choice, Nested
 from muscle_bayes.inference.nested_programs import Explained, Slope, explained_at, slope_at
 
@@ -56,10 +57,15 @@ class Fitted:
         """Fisher information of the likelihood plus prior precision, in the used entries."""
         return _information(self.slope)[: self.used, : self.used]
 
+    @cached_property
+    def precision(self) -> FactoredPrecision:
+        """The information, factored."""
+        return FactoredPrecision(self.information)
+
     @property
     def log_evidence(self) -> float:
         """Laplace's approximation: log density at the mode times the volume of the posterior."""
-        volume = 0.5 * self.used * LOG_2PI - 0.5 * np.linalg.slogdet(self.information)[1]
+        volume = 0.5 * self.used * LOG_2PI - 0.5 * self.precision.log_determinant
         return -self.potential + volume
 
     @property
