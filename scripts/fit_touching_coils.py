@@ -1,0 +1,43 @@
+"""Staircases of a muscle whose coils touch, fitted with and without knowing it.
+
+python scripts/fit_touching_coils.py FOLDER writes touching.nc and touching-unseen.nc there. The runs are
+synthetic: the shipped plan's staircases with coil contact hidden in its default size.
+"""
+
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from muscle_bayes.cli import _keep_compiled_code
+from muscle_bayes.cli.progress import fit_progress
+from muscle_bayes.data import read_runs
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.inference.fit import QUICK, fit
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.twin import EFFECTS, simulate
+from muscle_bayes.twin.shipped import SEED, shipped_runs
+
+HIDDEN = "coil-contact"
+
+
+def main(folder: Path) -> None:
+    """Write both posteriors; the fixture's is read from FOLDER/fixture-coulomb.nc."""
+    _keep_compiled_code()
+    given = Posterior.load(folder / "fixture-coulomb.nc")
+    with tempfile.TemporaryDirectory() as runs:
+        for number, (name, (rig, protocol)) in enumerate(shipped_runs().items()):
+            if name.startswith("staircase"):
+                truth = replace(rig.truth, effects=(EFFECTS[HIDDEN](),))
+                run = simulate(replace(rig, truth=truth), protocol, (SEED, number))
+                write_run(Path(runs), name, run.log, run.metadata)
+        read = read_runs([Path(runs)])
+    for name, effects in (("touching", (HIDDEN,)), ("touching-unseen", ())):
+        with fit_progress(name) as report:
+            posterior = fit(read, "coulomb", effects, effort=QUICK, given=given, report=report)
+        posterior.save(folder / f"{name}.nc")
+        print(name, "converged" if posterior.converged else posterior.complaints)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
