@@ -16,6 +16,7 @@ class Scored:
 
     log_densities: np.ndarray
     occam: float
+    used: int = 3
 
     @property
     def log_evidence(self) -> float:
@@ -40,6 +41,7 @@ def test_a_lead_that_all_blocks_share_is_claimed() -> None:
     assert naming.claims
     assert naming.probabilities["a"] > 0.99
     assert naming.log_evidence["a"] == pytest.approx(0.2 * 200 - 5.0)
+    assert naming.bic["a"] == pytest.approx(3.0 * np.log(200.0) - 2.0 * 0.2 * 200)
 
 
 def test_the_same_lead_in_one_block_is_worth_less() -> None:

@@ -1,6 +1,6 @@
 """Named effects, one after the other, while each predicts unseen readings better."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from muscle_bayes.discovery.conditions import traces
@@ -8,14 +8,13 @@ from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import Naming, blocks_of, weigh
-from muscle_bayes.discovery.search import fit_candidates, without_last
+from muscle_bayes.discovery.search import Report, fit_candidates, screen, without_last
+from muscle_bayes.discovery.signatures import Regression, regression_on
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested
 
 MOST = 3
 """Effects that are added at most."""
-
-Report = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,8 @@ class Chain:
     links: tuple[Link, ...]
     naming: Naming
     """The first step's comparison."""
+    regression: Regression
+    """The same as a linear regression."""
     stopped: str
     """Why the chain ends."""
 
@@ -67,14 +68,20 @@ class Chain:
 
 def chain(search: Search, base: Fitted, names: Sequence[str]) -> Chain:
     """Named effects, one after the other while readings not seen are predicted better by them."""
-    current, remaining, links, first = base, list(names), list[Link](), None
+    current, remaining, links = base, list(names), list[Link]()
+    first: Naming | None = None
+    regression: Regression | None = None
 
     def ended(reason: str) -> Chain:
         assert first is not None
-        return Chain(links[0].before if links else current, tuple(links), first, reason)
+        assert regression is not None
+        without = links[0].before if links else current
+        return Chain(without, tuple(links), first, regression, reason)
 
     while True:
-        fits = fit_candidates(search.train, current, remaining, search.seed, search.report)
+        screened = screen(search.train, current, remaining, search.seed)
+        regression = regression or regression_on(current, screened)
+        fits = fit_candidates(search.train, current, screened, search.report)
         current = without_last(search.train, list(fits.values()), current)
         if links:
             links[-1] = replace(links[-1], after=current)

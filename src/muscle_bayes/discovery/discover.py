@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from muscle_bayes.conventions import Friction
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.chain import Chain, Link, Report, Search, chain
+from muscle_bayes.discovery.chain import Chain, Link, Search, chain
 from muscle_bayes.discovery.estimates import estimates, noise_floor, undetermined
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
@@ -16,6 +16,7 @@ from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained
 from muscle_bayes.discovery.next_experiment import propose
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Step
+from muscle_bayes.discovery.search import Report
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import Fitted, descend
@@ -127,6 +128,8 @@ def _result(
     return Discovery(
         verdict=_verdict(steps, left),
         probabilities=named.naming.with_unknown(odds),
+        naming=named.naming,
+        regression=named.regression,
         located=located,
         nominal=nominal_,
         steps=tuple(steps),

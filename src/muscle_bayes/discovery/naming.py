@@ -40,6 +40,8 @@ class Naming:
     """Of every candidate and of none; they sum to 1."""
     log_evidence: Mapping[str, float]
     """Of every candidate and of none."""
+    bic: Mapping[str, float]
+    """Bayesian information criterion, k ln n - 2 ln L, of every candidate and of none."""
 
     def supported(self, p_value: float) -> "Naming":
         """The same, something missing being at most as likely as the misfit's p-value allows.
@@ -125,7 +127,12 @@ def weigh(
     log_evidence = weights @ (scores - scores[0]).T + occam - occam[0] + prior
     weighed = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
     mean = (weighed / weighed.sum(axis=1, keepdims=True)).mean(axis=0)
-    evidence = [one.log_evidence for one in fits]
+    readings = int(np.sum(blocks >= 0))
     return Naming(
-        dict(zip(names, map(float, mean), strict=True)), dict(zip(names, evidence, strict=True))
+        probabilities=dict(zip(names, map(float, mean), strict=True)),
+        log_evidence={name: one.log_evidence for name, one in zip(names, fits, strict=True)},
+        bic={
+            name: one.used * math.log(readings) - 2.0 * float(one.log_densities.sum())
+            for name, one in zip(names, fits, strict=True)
+        },
     )

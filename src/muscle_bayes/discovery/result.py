@@ -9,7 +9,8 @@ from typing import Any
 from muscle_bayes.criticism.coverage import RunCheck
 from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import Located, MisfitMap
-from muscle_bayes.discovery.naming import NONE, UNKNOWN
+from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming
+from muscle_bayes.discovery.signatures import Regression
 from muscle_bayes.inference.predict import Prediction
 
 
@@ -82,6 +83,10 @@ class Discovery:
     verdict: str | tuple[str, ...]
     probabilities: Mapping[str, float]
     """Of the first step: every effect, none and unknown."""
+    naming: Naming
+    """The first step's comparison of named effects."""
+    regression: Regression
+    """The nominal model's misfit on the effects' signatures: what other methods would select from."""
     located: MisfitMap
     """Of the model that was started from."""
     nominal: Judged

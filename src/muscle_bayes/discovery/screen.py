@@ -28,6 +28,8 @@ class Start(NamedTuple):
     """Rise of the log density that it promises: r . d - |d|^2 / 2, with d its change of the
     standardised errors and r the errors, both after present parameters have absorbed their share."""
     point: Float[np.ndarray, " n"]
+    signature: Float[np.ndarray, " error"]
+    """d."""
 
 
 def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Start]:
@@ -54,7 +56,7 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
         gain = float(-kept @ rest - 0.5 * (rest @ rest))
         moved = base.point.copy()
         moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
-        found.append(Start(strength, gain, _joined(nested, base, moved, own)))
+        found.append(Start(strength, gain, _joined(nested, base, moved, own), rest))
     return sorted(found, key=lambda one: -one.gain)
 
 

@@ -1,13 +1,15 @@
 """The best fit of every candidate: promising starts, a few steps each, the best to the end."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import jax
 import numpy as np
 
-from muscle_bayes.discovery.screen import starts_of
+from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
+
+Report = Callable[[str, int, int], None]
 
 STARTS = 5
 """Starts of a candidate that are tried."""
@@ -19,10 +21,9 @@ REVISITED = 3
 """Candidates from which the model without them is searched once more."""
 
 
-def best_fit(nested: Nested, base: Fitted, effect: str, seed: int) -> Fitted | None:
+def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> Fitted | None:
     """The candidate that adds `effect` to `base`, at its most probable point; None if never finite."""
     effects = (*base.effects, effect)
-    starts = starts_of(nested, base, effect, jax.random.key(seed))
     tried = [descend(nested, effects, one.point, FIRST_STEPS) for one in _varied(starts)]
     tried = sorted(
         (one for one in tried if np.isfinite(one.potential)), key=lambda one: one.potential
@@ -48,7 +49,7 @@ def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted
     return max([base, *found], key=lambda one: one.log_evidence)
 
 
-def _varied(starts: Sequence) -> list:
+def _varied(starts: Sequence[Start]) -> list[Start]:
     """The most promising starts, of every strength at least one."""
     chosen = list(starts[: STARTS - 2])
     for strength in {one.strength for one in starts} - {one.strength for one in chosen}:
@@ -57,18 +58,27 @@ def _varied(starts: Sequence) -> list:
     return (chosen + rest)[:STARTS]
 
 
+def screen(
+    nested: Nested, base: Fitted, effects: Sequence[str], seed: int
+) -> dict[str, list[Start]]:
+    """Starts of each candidate, most promising first."""
+    return {
+        effect: starts_of(nested, base, effect, jax.random.key(seed + number))
+        for number, effect in enumerate(effects)
+    }
+
+
 def fit_candidates(
     nested: Nested,
     base: Fitted,
-    effects: Sequence[str],
-    seed: int,
-    report: Callable[[str, int, int], None] = lambda name, done, total: None,
+    screened: Mapping[str, Sequence[Start]],
+    report: Report = lambda name, done, total: None,
 ) -> dict[str, Fitted]:
     """The best fit of each candidate that can be simulated."""
     found = {}
-    for done, effect in enumerate(effects):
-        report(effect, done, len(effects))
-        one = best_fit(nested, base, effect, seed + done)
+    for done, (effect, starts) in enumerate(screened.items()):
+        report(effect, done, len(screened))
+        one = best_fit(nested, base, effect, starts)
         if one is not None:
             found[effect] = one
     return found

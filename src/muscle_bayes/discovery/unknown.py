@@ -11,7 +11,7 @@ from muscle_bayes.discovery.chain import Chain, Link, Search, judge
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, blocks_of, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
-from muscle_bayes.discovery.search import fit_candidates
+from muscle_bayes.discovery.search import fit_candidates, screen
 from muscle_bayes.inference.descent import Fitted, descend
 
 
@@ -55,7 +55,8 @@ def search_functions(start: Nominal, search: Search, named: Chain) -> Unknown:
 def _function(search: Search, before: Fitted, names: Sequence[str]) -> Link | None:
     """The best function beside `before`, if it is claimed and predicts unseen readings better."""
     here = descend(search.train, before.effects, before.point)
-    found = fit_candidates(search.train, here, names, search.seed, search.report)
+    screened = screen(search.train, here, names, search.seed)
+    found = fit_candidates(search.train, here, screened, search.report)
     if not found:
         return None
     lines = traces(search.train, here)

@@ -41,6 +41,14 @@ def run_case(case: Case) -> dict[str, Any]:
         "ports": [step.port for step in found.steps],
         "excess": excess(found, noise),
         "held_out": held_out_ratio(found.final, noise[HELD_OUT], found),
+        "bic": dict(found.naming.bic),
+        "regression": {
+            "effects": list(found.regression.effects),
+            "gram": found.regression.gram.tolist(),
+            "projection": found.regression.projection.tolist(),
+            "total": found.regression.total,
+            "errors": found.regression.errors,
+        },
         "misfit_p_value": found.located.p_value,
         "left_p_value": found.final.misfit.p_value,
     }
