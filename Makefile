@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table control real calibration trial bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -71,6 +71,13 @@ control: $(READY) ## tune and judge gains over `make study`'s posteriors, write 
 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
 	@$(BIN)/muscle-bayes trial
+	@$(MAKE) --no-print-directory $(BENCH_READY)
+	@$(BENCH)/bin/python -m benchmarks.discovery reports/trial/trial.json
+	@$(BIN)/python scripts/write_trial_doc.py reports/trial
+
+stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: docs/discovery-*.md (REAL=folder)
+	@$(BIN)/python scripts/discovery_stories.py
+	@$(BIN)/python scripts/real_discoveries.py $(REAL)
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py

@@ -1,0 +1,69 @@
+"""Write docs/trial.md and its figure from what `make trial` has left.
+
+python scripts/write_trial_doc.py FOLDER, with trial.json and trial.png in it.
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+BASELINES = ROOT / "benchmarks" / "results" / "discovery.json"
+
+HEAD = """# Trial of discovery
+
+Written by `make trial`; do not edit. Effects were hidden in SYNTHETIC runs of random rigs (geometry,
+true parameters, strengths, noise), {cases} data sets in all, and searched blind (docs/discovery.md).
+Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
+at least half the noise of a reading.
+
+| claim | wanted | found | 95 % interval | |
+|---|---|---|---|---|
+"""
+
+
+def verdict(one: dict[str, Any]) -> str:
+    """Whether the rate itself meets its aim."""
+    aim, limit = one["wanted"].split()[0], float(one["wanted"].split()[1]) / 100.0
+    return (
+        "holds"
+        if (one["share"] >= limit if aim == ">=" else one["share"] <= limit)
+        else "**does not hold**"
+    )
+
+
+def main(folder: Path) -> None:
+    """Write page and figure."""
+    found = json.loads((folder / "trial.json").read_text())
+    page = HEAD.format(cases=found["cases"])
+    for one in found["rates"]:
+        page += (
+            f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "
+            f"| {one['low']:.0%} to {one['high']:.0%} | {verdict(one)} |\n"
+        )
+    error = found["calibration_error"]
+    met = "below" if error < 0.1 else "**not below**"
+    page += f"\nExpected calibration error of the probabilities: {error:.3f}, {met} 0.1.\n"
+    (DOCS / "figures").mkdir(exist_ok=True)
+    shutil.copyfile(folder / "trial.png", DOCS / "figures" / "trial.png")
+    page += "\n![Confusion matrix and reliability, synthetic data](figures/trial.png)\n"
+    if BASELINES.exists():
+        page += (
+            "\n## Other ways to select\n\nOn the same cases, from what `discover` had at its first step "
+            "(`benchmarks/discovery.py`):\n\n"
+            "| method | detectable effects named first | claims where nothing was hidden |\n|---|---|---|\n"
+        )
+        for row in json.loads(BASELINES.read_text()):
+            cells = [
+                f"{hits} of {cases} ({low:.0%} to {high:.0%})"
+                for hits, cases, low, high in (row["named"], row["false_claims"])
+            ]
+            page += f"| {row['method']} | {' | '.join(cells)} |\n"
+    (DOCS / "trial.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
