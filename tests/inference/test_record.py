@@ -27,6 +27,23 @@ def test_every_reading_of_a_slow_run_counts_once(sawtooth: Run) -> None:
     assert record.weight.sum() > 0.95 * len(sawtooth.table)
 
 
+def test_means_of_uneven_rows_are_those_of_even_ones(sawtooth: Run) -> None:
+    """Readings of a rotor that turns evenly, whose rows come unevenly and pause."""
+    rng = np.random.default_rng(0)
+    time = np.cumsum(rng.uniform(0.05, 0.15, len(sawtooth.table)))
+    time[3000:] += 0.7
+    time -= time[0]
+    table = sawtooth.table.assign(time=time, load=0.1, reading=400.0 + 5.0 * time)
+    record = slow_record(type(sawtooth)(sawtooth.name, None, sawtooth.metadata, table))
+    seen = record.weight > 0
+    nodes = record.schedule.time
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    np.testing.assert_allclose(record.reading[seen], 400.0 + 5.0 * middles[seen], atol=1e-6)
+    paused = (nodes[:-1] >= time[2999] - 1e-9) & (nodes[1:] <= time[3000] + 1e-9)
+    assert paused.any()
+    assert np.all(record.weight[paused] <= 1.0)
+
+
 def test_load_changes_lie_on_nodes(sawtooth: Run) -> None:
     nodes = slow_record(sawtooth).schedule.time
     for jump in sawtooth.load_steps:

@@ -21,6 +21,8 @@ SLOW_LONGEST = 4.0
 """Longest interval of a slow run, s."""
 SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
+PAUSE = 3.0
+"""Rows farther apart than this many usual distances have a gap between them."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
 CURVATURE_SPAN = 0.5
@@ -43,7 +45,7 @@ class Record(NamedTuple):
 
     schedule: Schedule
     time: Float[Array, " interval"]
-    """When the averaged readings were taken [s after the run's first row]."""
+    """When the averaged readings were taken [s after the run's first row]; of slow runs, the middle."""
     reading: Float[Array, " interval"]
     """Mean reading [the log's unit]."""
     weight: Float[Array, " interval"]
@@ -130,12 +132,41 @@ def _slow_nodes(run: Run) -> np.ndarray:
     return np.interp(np.linspace(0.0, count[-1], size + 1), count, even)
 
 
+def _pauses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the log's gaps: an interval of which only a part was logged has no mean."""
+    steps = np.diff(time)
+    long = np.flatnonzero(steps > max(PAUSE * float(np.median(steps)), SLOW_SHORTEST))
+    return time[long], time[long + 1]
+
+
+def _centred(
+    mean_time: np.ndarray,
+    mean: np.ndarray,
+    weight: np.ndarray,
+    coarse: np.ndarray,
+    middles: np.ndarray,
+) -> np.ndarray:
+    """Mean readings as they would be had the rows lain evenly about each interval's middle.
+
+    An interval holds few rows, and their mean time is off its middle by a part of a row: moved by
+    the slope between the neighbouring means. Readings that never change have none.
+    """
+    told = np.flatnonzero(weight > 0)
+    if told.size < 3:
+        return mean
+    slope = np.gradient(mean[told], mean_time[told])
+    moves = (coarse[told] < 1.0 / 12.0) | (weight[told] <= 1.0)
+    moved = mean.copy()
+    moved[told] -= np.where(moves, slope * (mean_time[told] - middles[told]), 0.0)
+    return moved
+
+
 def slow_record(run: Run) -> Record:
     """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
     time = run.table["time"].to_numpy()
     nodes = _slow_nodes(run)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
-    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP]))
+    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *_pauses(time)]))
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
@@ -146,10 +177,10 @@ def slow_record(run: Run) -> Record:
     applied = _means(run.table["applied"].to_numpy(), owner, size)
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
+    mean = _centred(mean_time, mean, weight, coarse, middles)
     schedule = Schedule(nodes, temperature, load, applied, slowing)
-    where = np.where(np.isfinite(mean_time), mean_time, middles)
     first, slope = _start(run)
-    return Record(schedule, where, mean, weight, coarse, first, slope)
+    return Record(schedule, middles, mean, weight, coarse, first, slope)
 
 
 def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:

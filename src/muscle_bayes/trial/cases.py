@@ -19,6 +19,8 @@ HELD_OUT = "staircase-166g"
 LOADS = (0.139, 0.166, 0.212)
 """kg"""
 SPRINGS = 3
+CYCLES = 1
+"""Of every slow run, at each load: a third and a half of the thesis', for a trial of many cases."""
 LOG_PERIOD = 0.1
 SIZES = {
     "coil-contact": "stiffness",
@@ -84,8 +86,11 @@ def _protocols(rig: Rig, room: float) -> list[tuple[str, Rig, Protocol]]:
         (f"spring-{number}", swinging, spring(mass))
         for number, mass in enumerate(spring_masses(swinging)[:SPRINGS], 1)
     ]
-    slow = [(f"staircase-{1000 * load:.0f}g", staircase(load, room=room)) for load in LOADS]
-    slow.append(("sawtooth", sawtooth(LOADS, room=room)))
+    slow = [
+        (f"staircase-{1000 * load:.0f}g", staircase(load, room=room, cycles=CYCLES))
+        for load in LOADS
+    ]
+    slow.append(("sawtooth", sawtooth(LOADS, room=room, cycles=CYCLES)))
     logged = [(name, rig, replace(one, log_period=LOG_PERIOD)) for name, one in slow]
     return springs + logged
 
