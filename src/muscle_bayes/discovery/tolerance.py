@@ -5,7 +5,7 @@ import numpy as np
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.problem import Problem
 
-TOLERATED = 0.2
+TOLERATED = 0.3
 """Lasting misfit that counts as none, in standard deviations of a reading's noise: interpolated
 thermometer readings and a rotor without inertia are wrong by as much."""
 

@@ -135,8 +135,9 @@ def _slow_nodes(run: Run) -> np.ndarray:
 def _pauses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the log's gaps: an interval of which only a part was logged has no mean."""
     steps = np.diff(time)
-    long = np.flatnonzero(steps > max(PAUSE * float(np.median(steps)), SLOW_SHORTEST))
-    return time[long], time[long + 1]
+    usual = float(np.median(steps))
+    long = np.flatnonzero(steps > max(PAUSE * usual, SLOW_SHORTEST))
+    return time[long] + 0.5 * usual, time[long + 1] - 0.5 * usual
 
 
 def _centred(
@@ -149,12 +150,16 @@ def _centred(
     """Mean readings as they would be had the rows lain evenly about each interval's middle.
 
     An interval holds few rows, and their mean time is off its middle by a part of a row: moved by
-    the slope between the neighbouring means. Readings that never change have none.
+    the slope to the neighbouring mean to which it is less steep, for a jump of the rotor is no slope.
+    Readings that never change have none.
     """
     told = np.flatnonzero(weight > 0)
     if told.size < 3:
         return mean
-    slope = np.gradient(mean[told], mean_time[told])
+    steps = np.diff(mean[told]) / np.diff(mean_time[told])
+    before, after = np.r_[steps[0], steps], np.r_[steps, steps[-1]]
+    smaller = np.sign(before) * np.minimum(np.abs(before), np.abs(after))
+    slope = np.where(before * after > 0.0, smaller, 0.0)
     moves = (coarse[told] < 1.0 / 12.0) | (weight[told] <= 1.0)
     moved = mean.copy()
     moved[told] -= np.where(moves, slope * (mean_time[told] - middles[told]), 0.0)
