@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import jax
 import numpy as np
 
+from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
@@ -17,23 +18,32 @@ FIRST_STEPS = 6
 """Steps of each before the best goes on."""
 HOPELESS = 30.0
 """A start that is this far behind another after its first steps is given up."""
+GROSS_STEPS = 12
+"""The same where misfit is gross: parameters have far to go."""
 REVISITED = 3
 """Candidates from which the model without them is searched once more."""
 
 
 def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> Fitted | None:
-    """The candidate that adds `effect` to `base`, at its most probable point; None if never finite."""
-    effects = (*base.effects, effect)
-    tried = [descend(nested, effects, one.point, FIRST_STEPS) for one in _varied(starts)]
+    """The candidate that adds `effect` to `base`, at its most probable point; None if never finite.
+
+    Where the misfit of `base` is gross, starts are those beside `as_white`, and noise stays as it is
+    there until the best of them is fitted in full.
+    """
+    effects, gross = (*base.effects, effect), is_gross(nested, base)
+    held = noise_names(nested) if gross else []
+    steps = GROSS_STEPS if gross else FIRST_STEPS
+    tried = [descend(nested, effects, one.point, steps, held) for one in _varied(starts)]
     tried = sorted(
         (one for one in tried if np.isfinite(one.potential)), key=lambda one: one.potential
     )
     if not tried:
         return None
     close = [one for one in tried if one.potential < tried[0].potential + HOPELESS][:2]
-    return max(
-        (descend(nested, effects, one.point) for one in close), key=lambda one: one.log_evidence
-    )
+    whole = [
+        as_lasting(nested, one) if gross else descend(nested, effects, one.point) for one in close
+    ]
+    return max(whole, key=lambda one: one.log_evidence)
 
 
 def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
@@ -62,8 +72,9 @@ def screen(
     nested: Nested, base: Fitted, effects: Sequence[str], seed: int
 ) -> dict[str, list[Start]]:
     """Starts of each candidate, most promising first."""
+    seen = as_white(nested, base) if is_gross(nested, base) else base
     return {
-        effect: starts_of(nested, base, effect, jax.random.key(seed + number))
+        effect: starts_of(nested, seen, effect, jax.random.key(seed + number))
         for number, effect in enumerate(effects)
     }
 
