@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from muscle_bayes.bench.thermometry import (
+    ANSWERED_WITHIN,
+    HALF_POWER,
+    MOVED_WITHIN,
     REMEDIES,
     SILENT_AFTER,
     STUCK_AFTER,
     STUCK_AFTER_WARM,
+    UNANSWERED,
     Verdict,
     Watch,
 )
@@ -86,6 +90,54 @@ def test_the_same_digits_while_heating_are_stuck_until_they_change(duty, after):
     assert set(found) == {Verdict.STUCK}  # heaters off do not make it trustworthy
     found, _ = follow(watch, [40.1], start=time)
     assert found == [Verdict.GOOD]
+
+
+def held(value, duty):
+    """A watch that has shown a tube moving up to `value` at time 0, with `duty` wanted all along."""
+    watch = Watch()
+    follow(watch, [value - 2.0, value - 1.0, value], duty=duty, start=-2 * UPDATE)
+    return watch
+
+
+def test_heat_waits_for_an_answer():
+    watch = held(60.0, duty=50)
+    assert not watch.overdue(ANSWERED_WITHIN - 0.01, 0.0)
+    assert watch.overdue(ANSWERED_WITHIN + 0.01, 0.0)
+    assert Watch().overdue(0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("duty", "error", "after"),
+    [
+        (HALF_POWER + 1, 0.0, MOVED_WITHIN),
+        (255, 50.0, MOVED_WITHIN),
+        (HALF_POWER, 1.0, MOVED_WITHIN + UNANSWERED),
+        (50, 0.1, MOVED_WITHIN + UNANSWERED / 0.1),
+        (50, 0.0, np.inf),
+        (50, -1.0, np.inf),
+    ],
+)
+def test_heat_waits_for_other_digits(duty, error, after):
+    watch = held(60.0, duty)
+    for time in np.arange(0.0, 30.0, 0.03):
+        watch.read(time, 60.0)
+        watch.check(time, duty)
+        assert watch.overdue(time, error) is (time > after + 1e-9)
+        if time > after:
+            break
+    watch.read(time, 60.1)
+    assert not watch.overdue(time, error)
+
+
+def test_a_first_burst_of_heat_is_given_without_proof():
+    watch = Watch()
+    follow(watch, [25.0] * 100, duty=0)
+    watch.read(40.0, 25.0)
+    watch.check(40.0, 255)
+    assert not watch.overdue(40.0, 50.0)
+    watch.read(40.4, 25.0)
+    watch.check(40.4, 255)
+    assert watch.overdue(40.4, 50.0)
 
 
 def test_every_fault_has_a_remedy():

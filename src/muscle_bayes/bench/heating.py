@@ -18,6 +18,8 @@ class Channel:
     control: TemperatureControl = field(default_factory=TemperatureControl)
     watch: Watch = field(default_factory=Watch)
     verdict: Verdict = Verdict.SILENT
+    duty: int = 0
+    """what is given, of 255; the control may want more"""
 
     @property
     def temperature(self) -> float | None:
@@ -29,9 +31,16 @@ class Channel:
         """Whether there is a setpoint."""
         return self.control.setpoint is not None
 
+    def waits(self, now: float) -> bool:
+        """Whether heat that is wanted at a host time [s] has to wait for the meter."""
+        setpoint, temperature = self.control.setpoint, self.temperature
+        if self.control.duty == 0 or setpoint is None or temperature is None:
+            return False
+        return self.watch.overdue(now, setpoint - temperature)
+
 
 class Heating:
-    """Both channels; `step` gives the duties, (0, 0) while there is trouble."""
+    """Both channels; `step` gives the duties, (0, 0) while there is trouble or the meter is overdue."""
 
     def __init__(self, needed: tuple[bool, bool]) -> None:
         self.channels = (Channel("a", needed[0]), Channel("b", needed[1]))
@@ -105,13 +114,20 @@ class Heating:
         """Duties 0, and all control begins anew."""
         for channel in self.channels:
             channel.control.off()
+            channel.duty = 0
 
     def step(self, now: float, *, hold_off: bool) -> tuple[int, int]:
-        """Duties at a host time [s]; call it once every control period."""
+        """Duties at a host time [s]; call it once every control period.
+
+        One meter serves both channels: where one that is heated waits for it, so does the other.
+        """
         for channel in self.channels:
             if hold_off or self.trouble is not None or channel.temperature is None:
                 channel.control.off()
             else:
                 channel.control.update(channel.temperature, now)
-        first, second = (channel.control.duty for channel in self.channels)
+        waits = any(channel.waits(now) for channel in self.channels)
+        for channel in self.channels:
+            channel.duty = 0 if waits else channel.control.duty
+        first, second = (channel.duty for channel in self.channels)
         return first, second

@@ -1,16 +1,27 @@
-"""Which temperature readings may be trusted with a heater."""
+"""Which temperature readings may be trusted with a heater, and for how long heat may go on by one."""
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import inf
 from typing import Final
 
+ANSWERED_WITHIN: Final = 0.42
+"""Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
+MOVED_WITHIN: Final = 0.38
+"""Time above half power for which heat goes on without a change of the digits, s."""
+UNANSWERED: Final = 1.0
+"""Error times further time without a change of the digits from which heat waits, C s.
+
+The law's integral then asks for more and more; a tube would have moved by several digits.
+"""
 SILENT_AFTER: Final = 1.5
-"""Age at which a reading is no longer one, s; the meter updates about every 0.4 s."""
+"""Age at which a reading is no longer one, s."""
 STUCK_AFTER: Final = 5.0
-"""s at full duty without a change of 0.1 C that no heater does."""
+"""s above half power without a change of 0.1 C that no heater does."""
 STUCK_AFTER_WARM: Final = 60.0
 """s at any duty above zero without a change of 0.1 C that no thermocouple does."""
-NEARLY_FULL: Final = 250
+HALF_POWER: Final = 127
+"""Duty above which a tube heats so fast that every update of the meter shows other digits."""
 LEAST: Final = 0.0
 MOST: Final = 250.0
 """Ends of what a nylon muscle in a room can have, C; it melts at about 220 C."""
@@ -52,10 +63,12 @@ class Watch:
     """time of the newest reading, good or not, s"""
     _previous: tuple[float, float] | None = None
     """time and value of the reading before, C"""
-    _same: float | None = None
-    """s since when the digits are the same while the heater was on"""
-    _full: float | None = None
-    """s since when, at nearly full duty"""
+    _changed: float = -inf
+    """time of the newest change of digits, s"""
+    _warm: float | None = None
+    """s since when the heater has been wanted on"""
+    _hard: float | None = None
+    """s since when above half power"""
 
     def read(self, time: float, value: float | None) -> None:
         """Take a reading [C, None = open] that came at a host time [s]."""
@@ -75,25 +88,41 @@ class Watch:
             return
         changed = before is None or value != before[1]
         if changed:
-            self._same = self._full = None
+            self._changed = time
         if changed or self.verdict is not Verdict.STUCK:
             self.verdict = Verdict.GOOD
         self.temperature = value
 
     def check(self, time: float, duty: int) -> Verdict:
-        """The verdict at a host time [s] at which the heater is at `duty`."""
+        """The verdict at a host time [s] at which `duty` is wanted of the heater."""
         if self._read is None or time - self._read > SILENT_AFTER:
             self.verdict = Verdict.SILENT
-            self._previous = self._same = self._full = None
+            self._previous = self._warm = self._hard = None
             return self.verdict
-        self._same = _since(self._same, time, duty > 0)
-        self._full = _since(self._full, time, duty >= NEARLY_FULL)
+        self._warm = _since(self._warm, time, duty > 0)
+        self._hard = _since(self._hard, time, duty > HALF_POWER)
         if self.verdict is Verdict.GOOD and (
-            (self._full is not None and time - self._full > STUCK_AFTER)
-            or (self._same is not None and time - self._same > STUCK_AFTER_WARM)
+            self._still(self._hard, time) > STUCK_AFTER
+            or self._still(self._warm, time) > STUCK_AFTER_WARM
         ):
             self.verdict = Verdict.STUCK
         return self.verdict
+
+    def overdue(self, time: float, error: float) -> bool:
+        """Whether heat has to wait at a host time [s], for an answer or for other digits.
+
+        `error` is setpoint less reading, C.
+        """
+        answered = self._read is not None and time - self._read <= ANSWERED_WITHIN
+        return (
+            not answered
+            or self._still(self._hard, time) > MOVED_WITHIN
+            or error * (self._still(self._warm, time) - MOVED_WITHIN) > UNANSWERED
+        )
+
+    def _still(self, since: float | None, time: float) -> float:
+        """s for which the digits have been the same while the heater was wanted so."""
+        return 0.0 if since is None else time - max(since, self._changed)
 
 
 def _since(start: float | None, time: float, holds: bool) -> float | None:
