@@ -31,13 +31,6 @@ class Channel:
         """Whether there is a setpoint."""
         return self.control.setpoint is not None
 
-    def waits(self, now: float) -> bool:
-        """Whether heat that is wanted at a host time [s] has to wait for the meter."""
-        setpoint, temperature = self.control.setpoint, self.temperature
-        if self.control.duty == 0 or setpoint is None or temperature is None:
-            return False
-        return self.watch.overdue(now, setpoint - temperature)
-
 
 class Heating:
     """Both channels; `step` gives the duties, (0, 0) while there is trouble or the meter is overdue."""
@@ -126,7 +119,7 @@ class Heating:
                 channel.control.off()
             else:
                 channel.control.update(channel.temperature, now)
-        waits = any(channel.waits(now) for channel in self.channels)
+        waits = any(c.control.duty > 0 and c.watch.waits for c in self.channels)
         for channel in self.channels:
             channel.duty = 0 if waits else channel.control.duty
         first, second = (channel.duty for channel in self.channels)

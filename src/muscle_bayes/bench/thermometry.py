@@ -9,11 +9,8 @@ ANSWERED_WITHIN: Final = 0.42
 """Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
 MOVED_WITHIN: Final = 0.38
 """Time above half power for which heat goes on without a change of the digits, s."""
-UNANSWERED: Final = 1.0
-"""Error times further time without a change of the digits from which heat waits, C s.
-
-The law's integral then asks for more and more; a tube would have moved by several digits.
-"""
+UNPROVEN: Final = 400.0
+"""Duty times time for which heat goes on without a change of the digits, s: 1.6 s of full power."""
 SILENT_AFTER: Final = 1.5
 """Age at which a reading is no longer one, s."""
 STUCK_AFTER: Final = 5.0
@@ -59,6 +56,8 @@ class Watch:
     verdict: Verdict = Verdict.SILENT
     temperature: float | None = None
     """the newest reading that was good, C"""
+    waits: bool = True
+    """whether heat has to wait for the meter: for an answer, or for other digits"""
     _read: float | None = None
     """time of the newest reading, good or not, s"""
     _previous: tuple[float, float] | None = None
@@ -69,6 +68,8 @@ class Watch:
     """s since when the heater has been wanted on"""
     _hard: float | None = None
     """s since when above half power"""
+    _unproven: bool = False
+    """whether there has been heat enough for other digits, and none have come"""
 
     def read(self, time: float, value: float | None) -> None:
         """Take a reading [C, None = open] that came at a host time [s]."""
@@ -88,37 +89,33 @@ class Watch:
             return
         changed = before is None or value != before[1]
         if changed:
-            self._changed = time
+            self._changed, self._unproven = time, False
         if changed or self.verdict is not Verdict.STUCK:
             self.verdict = Verdict.GOOD
         self.temperature = value
 
     def check(self, time: float, duty: int) -> Verdict:
         """The verdict at a host time [s] at which `duty` is wanted of the heater."""
-        if self._read is None or time - self._read > SILENT_AFTER:
+        age = inf if self._read is None else time - self._read
+        self.waits = age > ANSWERED_WITHIN
+        if age > SILENT_AFTER:
             self.verdict = Verdict.SILENT
             self._previous = self._warm = self._hard = None
             return self.verdict
         self._warm = _since(self._warm, time, duty > 0)
         self._hard = _since(self._hard, time, duty > HALF_POWER)
+        self._unproven = duty > 0 and (
+            self._unproven
+            or self._still(self._hard, time) > MOVED_WITHIN
+            or duty * self._still(self._warm, time) > UNPROVEN
+        )
+        self.waits = self.waits or self._unproven
         if self.verdict is Verdict.GOOD and (
             self._still(self._hard, time) > STUCK_AFTER
             or self._still(self._warm, time) > STUCK_AFTER_WARM
         ):
             self.verdict = Verdict.STUCK
         return self.verdict
-
-    def overdue(self, time: float, error: float) -> bool:
-        """Whether heat has to wait at a host time [s], for an answer or for other digits.
-
-        `error` is setpoint less reading, C.
-        """
-        answered = self._read is not None and time - self._read <= ANSWERED_WITHIN
-        return (
-            not answered
-            or self._still(self._hard, time) > MOVED_WITHIN
-            or error * (self._still(self._warm, time) - MOVED_WITHIN) > UNANSWERED
-        )
 
     def _still(self, since: float | None, time: float) -> float:
         """s for which the digits have been the same while the heater was wanted so."""

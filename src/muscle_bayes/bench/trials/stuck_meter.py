@@ -36,7 +36,7 @@ class StuckOutcome:
 
     seed: int
     holding: bool
-    """whether no heater was wanted above half power when it got stuck"""
+    """whether a heater was wanted at half power or less in the half second that followed"""
     off_after: float
     """s from then to the last moment at which a heater was on"""
     excess: float
@@ -65,12 +65,13 @@ def stick(seed: int, rig: Rig | None = None) -> StuckOutcome:
         first, second = (tube.temperature for tube in tubes)
         if now < stuck:
             meter.poll(now, (first, second))
-            holding = all(c.control.duty <= HALF_POWER for c in heating.channels)
         else:
             excess = max(excess, first - setpoints[0], second - setpoints[1])
         heating.take(Reading(now, meter.readings))
         heating.judge(now)
         duties = heating.step(now, hold_off=False)
+        if 0.0 <= now - stuck <= ALLOWED:
+            holding |= any(c.control.duty <= HALF_POWER for c in heating.channels)
         if now >= stuck and any(duties):
             last_on = now + PERIOD
         for tube, duty in zip(tubes, duties, strict=True):
