@@ -5,6 +5,7 @@ import pytest
 
 from muscle_bayes.bench.thermometry import (
     ANSWERED_WITHIN,
+    FAR,
     HALF_POWER,
     MOVED_WITHIN,
     REMEDIES,
@@ -139,6 +140,18 @@ def test_heat_waits_for_other_digits(duty, after):
     watch.read(30.0, 60.1)
     watch.check(30.0, duty)
     assert not watch.waits
+
+
+def test_a_tube_near_its_setpoint_is_not_heated_hard():
+    """A weak heater needs more than half power to hold, and then the digits may stand still."""
+    watch = held(200)
+    for time in np.arange(0.0, 1.5, 0.03):
+        watch.read(time, 60.0)
+        watch.check(time, 200, 60.0 + FAR)
+    assert not watch.waits
+    watch.read(2.1, 60.0)
+    watch.check(2.1, 200, 60.0 + FAR)
+    assert watch.waits  # 420 duty seconds
 
 
 def test_less_heat_waits_on():

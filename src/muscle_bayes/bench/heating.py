@@ -1,6 +1,7 @@
 """From meter to duties: two channels, each under its control and its watch."""
 
 from dataclasses import dataclass, field
+from math import inf
 
 from muscle_bayes.bench.meter import MeterSource, Reading
 from muscle_bayes.bench.sequence import Stage
@@ -62,7 +63,7 @@ class Heating:
     def hottest(self) -> float:
         """Highest temperature that is known, C; -inf if none is."""
         known = [c.temperature for c in self.channels if c.temperature is not None]
-        return max(known, default=float("-inf"))
+        return max(known, default=-inf)
 
     @property
     def temperatures(self) -> tuple[float | None, float | None]:
@@ -90,7 +91,10 @@ class Heating:
     def judge(self, now: float) -> None:
         """Judge the channels at a host time [s]."""
         for channel in self.channels:
-            channel.verdict = channel.watch.check(now, channel.control.duty)
+            setpoint = channel.control.setpoint
+            channel.verdict = channel.watch.check(
+                now, channel.control.duty, -inf if setpoint is None else setpoint
+            )
 
     def watch(self, meter: MeterSource, now: float) -> None:
         """Take what the meter says and judge it at a host time [s]."""

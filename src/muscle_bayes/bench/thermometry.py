@@ -8,17 +8,18 @@ from typing import Final
 ANSWERED_WITHIN: Final = 0.42
 """Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
 MOVED_WITHIN: Final = 0.38
-"""Time above half power for which heat goes on without a change of the digits, s."""
+"""Time for which hard heating goes on without a change of the digits, s."""
 UNPROVEN: Final = 400.0
 """Duty times time for which heat goes on without a change of the digits, s: 1.6 s of full power."""
 SILENT_AFTER: Final = 1.5
 """Age at which a reading is no longer one, s."""
 STUCK_AFTER: Final = 5.0
-"""s above half power without a change of 0.1 C that no heater does."""
+"""s of hard heating without a change of 0.1 C that no heater does."""
 STUCK_AFTER_WARM: Final = 60.0
 """s at any duty above zero without a change of 0.1 C that no thermocouple does."""
 HALF_POWER: Final = 127
-"""Duty above which a tube heats so fast that every update of the meter shows other digits."""
+FAR: Final = 2.0
+"""Above this duty and so far below its setpoint [C] a tube heats hard: all updates show other digits."""
 LEAST: Final = 0.0
 MOST: Final = 250.0
 """Ends of what a nylon muscle in a room can have, C; it melts at about 220 C."""
@@ -67,7 +68,7 @@ class Watch:
     _warm: float | None = None
     """s since when the heater has been wanted on"""
     _hard: float | None = None
-    """s since when above half power"""
+    """s since when it has been heated hard"""
     _unproven: bool = False
     """whether there has been heat enough for other digits, and none have come"""
 
@@ -94,8 +95,8 @@ class Watch:
             self.verdict = Verdict.GOOD
         self.temperature = value
 
-    def check(self, time: float, duty: int) -> Verdict:
-        """The verdict at a host time [s] at which `duty` is wanted of the heater."""
+    def check(self, time: float, duty: int, setpoint: float = inf) -> Verdict:
+        """The verdict at a host time [s] at which `duty` is wanted of the heater for a setpoint [C]."""
         age = inf if self._read is None else time - self._read
         self.waits = age > ANSWERED_WITHIN
         if age > SILENT_AFTER:
@@ -103,7 +104,8 @@ class Watch:
             self._previous = self._warm = self._hard = None
             return self.verdict
         self._warm = _since(self._warm, time, duty > 0)
-        self._hard = _since(self._hard, time, duty > HALF_POWER)
+        far = self.temperature is not None and setpoint - self.temperature > FAR
+        self._hard = _since(self._hard, time, far and duty > HALF_POWER)
         self._unproven = duty > 0 and (
             self._unproven
             or self._still(self._hard, time) > MOVED_WITHIN

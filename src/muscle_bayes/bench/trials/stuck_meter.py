@@ -14,7 +14,7 @@ from muscle_bayes.bench.heating import Heating
 from muscle_bayes.bench.meter import Reading
 from muscle_bayes.bench.sequence import Stage
 from muscle_bayes.bench.temperature_control import PERIOD
-from muscle_bayes.bench.thermometry import HALF_POWER
+from muscle_bayes.bench.thermometry import FAR, HALF_POWER
 from muscle_bayes.bench.trials.failures import ALLOWED
 from muscle_bayes.twin.heater import HeaterTube
 from muscle_bayes.twin.rig import Rig
@@ -36,7 +36,7 @@ class StuckOutcome:
 
     seed: int
     holding: bool
-    """whether a heater was wanted at half power or less in the half second that followed"""
+    """whether a tube was not heated hard throughout the half second that followed"""
     off_after: float
     """s from then to the last moment at which a heater was on"""
     excess: float
@@ -71,7 +71,12 @@ def stick(seed: int, rig: Rig | None = None) -> StuckOutcome:
         heating.judge(now)
         duties = heating.step(now, hold_off=False)
         if 0.0 <= now - stuck <= ALLOWED:
-            holding |= any(c.control.duty <= HALF_POWER for c in heating.channels)
+            holding |= not all(
+                c.control.duty > HALF_POWER and setpoint - shown > FAR
+                for c, setpoint, shown in zip(
+                    heating.channels, setpoints, meter.readings, strict=True
+                )
+            )
         if now >= stuck and any(duties):
             last_on = now + PERIOD
         for tube, duty in zip(tubes, duties, strict=True):
