@@ -19,9 +19,7 @@ def test_all_figures_are_told(tmp_path, monkeypatch):
     few = tuple(f for f in failures.FAILURES if f.name in ("host killed", "brown-out reset"))
     monkeypatch.setattr(failures.inject_all, "__defaults__", (0, lambda share: None, few))
     path = tmp_path / "report.json"
-    told = run(
-        *("--failures", 3, "--stuck", 3, "--fuzz", 3000, "--minutes", 0.05, "--json", path)
-    )
+    told = run(*("--failures", 3, "--stuck", 3, "--fuzz", 3000, "--minutes", 0.05, "--json", path))
     assert told.exit_code == 0, told.output
     assert "4 of 4 failures: heaters off within 0.5 s" in told.output
     assert "3 stuck meters: a tube at most" in told.output

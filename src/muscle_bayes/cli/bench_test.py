@@ -97,7 +97,6 @@ def _tell_failures(outcomes: "list[Outcome]") -> bool:
 
 
 def _tell_stuck(outcomes: "list[StuckOutcome]") -> bool:
-    from muscle_bayes.bench.trials.stuck_meter import MOST_EXCESS
 
     for what, holding in (("both tubes hard", False), ("less, or holding", True)):
         times = [outcome.off_after for outcome in outcomes if outcome.holding is holding]
