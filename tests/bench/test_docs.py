@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from muscle_bayes.bench import thermometry
 from muscle_bayes.bench.sequence import Limits
 from muscle_bayes.bench.sequence_file import parse_sequence
-from muscle_bayes.bench.trials.stuck_meter import MOST_EXCESS
+from muscle_bayes.bench.simulation.stuck_meter import MOST_EXCESS
 from muscle_bayes.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs" / "bench.md"

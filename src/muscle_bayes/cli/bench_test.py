@@ -9,10 +9,10 @@ import typer
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 
 if TYPE_CHECKING:
+    from muscle_bayes.bench.simulation.stuck_meter import StuckOutcome
     from muscle_bayes.bench.trials.failures import Outcome
     from muscle_bayes.bench.trials.fuzz import FuzzReport
     from muscle_bayes.bench.trials.streaming import StreamReport
-    from muscle_bayes.bench.trials.stuck_meter import StuckOutcome
 
 EXIT_FAILED = 1
 
@@ -39,10 +39,10 @@ def bench_test(
     Exits with 1 where a heater stays on for more than 0.5 s, a tube gets hotter by a stuck meter than
     it may, a heater heats what was not asked for, or a sample is lost.
     """
+    from muscle_bayes.bench.simulation.stuck_meter import stick_all
     from muscle_bayes.bench.trials.failures import inject_all
     from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
     from muscle_bayes.bench.trials.streaming import stream
-    from muscle_bayes.bench.trials.stuck_meter import stick_all
 
     report: dict[str, Any] = {"seed": seed}
     passed = []
