@@ -5,8 +5,10 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+from muscle_bayes.bench import thermometry
 from muscle_bayes.bench.sequence import Limits
 from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.bench.simulation.stuck_meter import MOST_EXCESS
 from muscle_bayes.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs" / "bench.md"
@@ -34,3 +36,18 @@ def test_the_commands_shown_exist_with_their_options():
         told = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"})
         assert told.exit_code == 0
         assert all(word in told.output for word in words if word.startswith("--"))
+
+
+def test_the_times_for_which_heat_goes_on_are_those_of_the_code():
+    text = " ".join(DOCS.read_text().split())
+    for told in (
+        f"from {thermometry.ANSWERED_WITHIN:g} s after its last answer",
+        f"no rows after {thermometry.SILENT_AFTER:g} s",
+        f"more than {thermometry.FAR:g} C below its setpoint",
+        f"from {thermometry.MOVED_WITHIN:g} s after they changed",
+        f"when {thermometry.UNPROVEN / 255:.1f} s of full power",
+        f"stuck after {thermometry.STUCK_AFTER:g} s",
+        f"stuck after {thermometry.STUCK_AFTER_WARM:g} s",
+        f"more than {MOST_EXCESS:g} C above",
+    ):
+        assert told in text

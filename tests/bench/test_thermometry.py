@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 
 from muscle_bayes.bench.thermometry import (
+    ANSWERED_WITHIN,
+    FAR,
+    HALF_POWER,
+    MOVED_WITHIN,
     REMEDIES,
     SILENT_AFTER,
     STUCK_AFTER,
     STUCK_AFTER_WARM,
+    UNPROVEN,
     Verdict,
     Watch,
 )
@@ -86,6 +91,84 @@ def test_the_same_digits_while_heating_are_stuck_until_they_change(duty, after):
     assert set(found) == {Verdict.STUCK}  # heaters off do not make it trustworthy
     found, _ = follow(watch, [40.1], start=time)
     assert found == [Verdict.GOOD]
+
+
+def held(duty):
+    """A watch that has shown a tube moving up to 60 C at time 0, with `duty` wanted all along."""
+    watch = Watch()
+    follow(watch, [58.0, 59.0, 60.0], duty=duty, start=-2 * UPDATE)
+    return watch
+
+
+def stands_still(watch, duty, start=0.0):
+    """s at which heat begins to wait, where the meter answers for half a minute and shows 60 C."""
+    for time in start + np.arange(0.0, 30.0, 0.03):
+        watch.read(time, 60.0)
+        watch.check(time, duty)
+        if watch.waits:
+            return time
+    return np.inf
+
+
+def test_heat_waits_for_an_answer():
+    watch = held(50)
+    watch.check(ANSWERED_WITHIN - 0.01, 50)
+    assert not watch.waits
+    watch.check(ANSWERED_WITHIN + 0.01, 50)
+    assert watch.waits
+    watch.read(0.5, 60.0)
+    watch.check(0.5, 50)
+    assert not watch.waits
+    assert Watch().waits
+
+
+@pytest.mark.parametrize(
+    ("duty", "after"),
+    [
+        (255, MOVED_WITHIN),
+        (HALF_POWER + 1, MOVED_WITHIN),
+        (HALF_POWER, UNPROVEN / HALF_POWER),
+        (20, UNPROVEN / 20),
+        (10, np.inf),
+        (0, np.inf),
+    ],
+)
+def test_heat_waits_for_other_digits(duty, after):
+    watch = held(duty)
+    waited = stands_still(watch, duty)
+    assert waited == after or 0.0 < waited - after <= 0.03 + 1e-9
+    watch.read(30.0, 60.1)
+    watch.check(30.0, duty)
+    assert not watch.waits
+
+
+def test_a_tube_near_its_setpoint_is_not_heated_hard():
+    """A weak heater needs more than half power to hold, and then the digits may stand still."""
+    watch = held(200)
+    for time in np.arange(0.0, 1.5, 0.03):
+        watch.read(time, 60.0)
+        watch.check(time, 200, 60.0 + FAR)
+    assert not watch.waits
+    watch.read(2.1, 60.0)
+    watch.check(2.1, 200, 60.0 + FAR)
+    assert watch.waits  # 420 duty seconds
+
+
+def test_less_heat_waits_on():
+    """A stuck meter does not get its heat back because less of it is wanted."""
+    watch = held(255)
+    assert stands_still(watch, 255) < 0.5
+    watch.check(0.5, 10)
+    assert watch.waits
+    watch.check(0.6, 0)
+    assert not watch.waits
+
+
+def test_a_cold_tube_gets_one_burst_of_heat():
+    watch = Watch()
+    follow(watch, [60.0] * 100, duty=0)
+    waited = stands_still(watch, 255, start=40.0)
+    assert 40.0 + MOVED_WITHIN < waited <= 40.03 + MOVED_WITHIN
 
 
 def test_every_fault_has_a_remedy():

@@ -1,6 +1,7 @@
 """From meter to duties: two channels, each under its control and its watch."""
 
 from dataclasses import dataclass, field
+from math import inf
 
 from muscle_bayes.bench.meter import MeterSource, Reading
 from muscle_bayes.bench.sequence import Stage
@@ -18,6 +19,8 @@ class Channel:
     control: TemperatureControl = field(default_factory=TemperatureControl)
     watch: Watch = field(default_factory=Watch)
     verdict: Verdict = Verdict.SILENT
+    duty: int = 0
+    """what is given, of 255; the control may want more"""
 
     @property
     def temperature(self) -> float | None:
@@ -31,7 +34,7 @@ class Channel:
 
 
 class Heating:
-    """Both channels; `step` gives the duties, (0, 0) while there is trouble."""
+    """Both channels; `step` gives the duties, (0, 0) while there is trouble or the meter is overdue."""
 
     def __init__(self, needed: tuple[bool, bool]) -> None:
         self.channels = (Channel("a", needed[0]), Channel("b", needed[1]))
@@ -60,7 +63,7 @@ class Heating:
     def hottest(self) -> float:
         """Highest temperature that is known, C; -inf if none is."""
         known = [c.temperature for c in self.channels if c.temperature is not None]
-        return max(known, default=float("-inf"))
+        return max(known, default=-inf)
 
     @property
     def temperatures(self) -> tuple[float | None, float | None]:
@@ -88,7 +91,10 @@ class Heating:
     def judge(self, now: float) -> None:
         """Judge the channels at a host time [s]."""
         for channel in self.channels:
-            channel.verdict = channel.watch.check(now, channel.control.duty)
+            setpoint = channel.control.setpoint
+            channel.verdict = channel.watch.check(
+                now, channel.control.duty, -inf if setpoint is None else setpoint
+            )
 
     def watch(self, meter: MeterSource, now: float) -> None:
         """Take what the meter says and judge it at a host time [s]."""
@@ -105,13 +111,20 @@ class Heating:
         """Duties 0, and all control begins anew."""
         for channel in self.channels:
             channel.control.off()
+            channel.duty = 0
 
     def step(self, now: float, *, hold_off: bool) -> tuple[int, int]:
-        """Duties at a host time [s]; call it once every control period."""
+        """Duties at a host time [s]; call it once every control period.
+
+        One meter serves both channels: where one that is heated waits for it, so does the other.
+        """
         for channel in self.channels:
             if hold_off or self.trouble is not None or channel.temperature is None:
                 channel.control.off()
             else:
                 channel.control.update(channel.temperature, now)
-        first, second = (channel.control.duty for channel in self.channels)
+        waits = any(c.control.duty > 0 and c.watch.waits for c in self.channels)
+        for channel in self.channels:
+            channel.duty = 0 if waits else channel.control.duty
+        first, second = (channel.duty for channel in self.channels)
         return first, second

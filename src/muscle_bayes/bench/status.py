@@ -55,7 +55,7 @@ def channel_status(channel: Channel) -> ChannelStatus:
         channel.temperature,
         control.setpoint,
         control.stable,
-        control.duty,
+        channel.duty,
         channel.verdict.value,
     )
 

@@ -1,6 +1,7 @@
 """`muscle-bayes bench-test`: what the firmware withstands, measured in simulation."""
 
 from dataclasses import asdict
+from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -8,6 +9,7 @@ import typer
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 
 if TYPE_CHECKING:
+    from muscle_bayes.bench.simulation.stuck_meter import StuckOutcome
     from muscle_bayes.bench.trials.failures import Outcome
     from muscle_bayes.bench.trials.fuzz import FuzzReport
     from muscle_bayes.bench.trials.streaming import StreamReport
@@ -19,6 +21,10 @@ def bench_test(
     failures: Annotated[
         int, typer.Option(min=0, metavar="N", help="Failures to inject, at least; 0 = none.")
     ] = 216,
+    stuck: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Meters that get stuck at any moment; 0 = none."),
+    ] = 60,
     fuzz: Annotated[
         int, typer.Option(min=0, metavar="BYTES", help="Random command bytes; 0 = none.")
     ] = 1_000_000,
@@ -30,9 +36,10 @@ def bench_test(
 ) -> None:
     """Try the firmware in simavr, in virtual time: failures, random commands, long sampling.
 
-    Exits with 1 where a heater stays on for more than 0.5 s, heats what was not asked for, or a
-    sample is lost.
+    Exits with 1 where a heater stays on for more than 0.5 s, a tube gets hotter by a stuck meter than
+    it may, a heater heats what was not asked for, or a sample is lost.
     """
+    from muscle_bayes.bench.simulation.stuck_meter import stick_all
     from muscle_bayes.bench.trials.failures import inject_all
     from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
     from muscle_bayes.bench.trials.streaming import stream
@@ -44,6 +51,10 @@ def bench_test(
             outcomes = inject_all(failures, seed, progress.bar("failures"))
             passed.append(_tell_failures(outcomes))
             report["failures"] = [asdict(outcome) for outcome in outcomes]
+        if stuck:
+            sticking = stick_all(stuck, seed, progress.bar("stuck meters"))
+            passed.append(_tell_stuck(sticking))
+            report["stuck"] = [asdict(outcome) for outcome in sticking]
         if fuzz:
             fuzzed = fuzz_board(fuzz, seed, progress.bar("random commands"))
             passed.append(_tell_fuzz(fuzzed))
@@ -64,15 +75,16 @@ def _tell_failures(outcomes: "list[Outcome]") -> bool:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("failure", "injected", "known after, s", "off within, s", "safe")
+    table = Table("failure", "injected", "off after, s: median", "most", "safe")
     for name in dict.fromkeys(outcome.failure for outcome in outcomes):
         these = [outcome for outcome in outcomes if outcome.failure == name]
         safe = sum(outcome.safe for outcome in these)
+        times = [outcome.off_after for outcome in these]
         table.add_row(
             name,
             str(len(these)),
-            f"{these[0].known_after:g}",
-            f"{max(outcome.off_after for outcome in these):.3f}",
+            f"{median(times):.3f}",
+            f"{max(times):.3f}",
             "all" if safe == len(these) else f"{safe} of {len(these)}",
         )
     Console().print(table)
@@ -82,6 +94,20 @@ def _tell_failures(outcomes: "list[Outcome]") -> bool:
         f"{safe} of {len(outcomes)} failures: heaters off within 0.5 s; latest {latest:.3f} s"
     )
     return safe == len(outcomes)
+
+
+def _tell_stuck(outcomes: "list[StuckOutcome]") -> bool:
+
+    for what, holding in (("both tubes hard", False), ("less, or holding", True)):
+        times = [outcome.off_after for outcome in outcomes if outcome.holding is holding]
+        if times:
+            typer.echo(
+                f"{len(times)} meters stuck while heating {what}: heaters off after "
+                f"{median(times):.2f} s (median), {max(times):.2f} s at most"
+            )
+    hottest = max(outcome.excess for outcome in outcomes)
+    typer.echo(f"{len(outcomes)} stuck meters: a tube at most {hottest:.1f} C above its setpoint")
+    return all(outcome.safe for outcome in outcomes)
 
 
 def _tell_fuzz(report: "FuzzReport") -> bool:

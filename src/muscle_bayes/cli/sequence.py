@@ -70,4 +70,5 @@ def sequence(
         raise MuscleBayesError(
             f"{out}: cannot be written: {error.strerror or error}. Mend: choose another --out."
         ) from None
-    typer.echo(f"{out}: {len(built.runs(out.stem))} runs")
+    count = len(built.runs(out.stem))
+    typer.echo(f"{out}: {count} run{'s' if count > 1 else ''}")

@@ -17,8 +17,8 @@ _THINKING = 0.012
 class MeterEmulator:
     """Answers each request with its newest reading, taken every 0.4 s or so at 0.1 C.
 
-    Faults: `silent` gives no answers; `frozen` repeats the last reading for ever; `open_channels`
-    shows OL; `forced` shows these temperatures [C] instead of the true ones.
+    Faults: `silent` gives no answers; `frozen` repeats the last reading for ever; from the next
+    reading on, `open_channels` shows OL and `forced` these temperatures [C] instead of the true ones.
     """
 
     def __init__(self, meter: Meter, generator: np.random.Generator) -> None:
@@ -27,6 +27,7 @@ class MeterEmulator:
         self.open_channels = (False, False)
         self.forced: tuple[float | None, float | None] = (None, None)
         self._thermocouples = ThermocoupleMeter(meter, generator)
+        self._shown: tuple[float | None, float | None] = (None, None)
         self._time = 0.0
         self._asked = b""
         self._answers: deque[tuple[float, bytes]] = deque()
@@ -34,8 +35,12 @@ class MeterEmulator:
     def step(self, time: float, temperatures: tuple[float, float]) -> None:
         """Let time go to `time` [s] with these true temperatures [C]."""
         self._time = time
-        if not self.frozen:
-            self._thermocouples.poll(time, temperatures)
+        if self.frozen:
+            return
+        self._thermocouples.updated = False
+        self._thermocouples.poll(time, temperatures)
+        if self._thermocouples.updated:
+            self._shown = self._measured()
 
     def send(self, data: bytes) -> None:
         """Bytes from the host."""
@@ -44,7 +49,7 @@ class MeterEmulator:
         self._asked = self._asked[-len(REQUEST) :]
         for _ in requests:
             if not self.silent:
-                answer = format_answer(self._shown())
+                answer = format_answer(self._shown)
                 due = self._time + (len(REQUEST) + len(answer)) * _BYTE_TIME + _THINKING
                 self._answers.append((due, answer))
 
@@ -55,7 +60,7 @@ class MeterEmulator:
             data += self._answers.popleft()[1]
         return data
 
-    def _shown(self) -> tuple[float | None, float | None]:
+    def _measured(self) -> tuple[float | None, float | None]:
         readings = self._thermocouples.readings
         first, second = (
             None if is_open else reading if forced is None else forced
