@@ -1,7 +1,7 @@
 """Posterior of pairs of parameters, with prior and published values."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,8 +25,16 @@ def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = N
     """Lower triangle of pairs; on the diagonal each parameter alone."""
     group = posterior.tree["posterior"]
     names = [name for name in posterior.parameters if group[name].ndim == 2]
-    draws = {name: _thinned(group[name].to_numpy()) for name in names}
-    prior = {name: posterior.tree["prior"][name].to_numpy().ravel() for name in names}
+    powers = {name: _power(group[name].to_numpy()) for name in names}
+    draws = {name: _thinned(group[name].to_numpy()) / 10.0 ** powers[name] for name in names}
+    before = posterior.tree["prior"]
+    prior = {name: before[name].to_numpy().ravel() / 10.0 ** powers[name] for name in names}
+    known = {
+        name: (published or {})[name] / 10.0 ** powers[name]
+        for name in published or {}
+        if name in names
+    }
+    labels = {name: _label(group, name, powers[name]) for name in names}
     size = len(names)
     with quiet_style():
         fig = Figure(figsize=(9.0, 9.0) if size > 4 else (2.4 * size, 2.4 * size))
@@ -37,11 +45,11 @@ def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = N
                 if column > row:
                     axis.set_axis_off()
                 elif column == row:
-                    _alone(axis, draws[x], prior[x], (published or {}).get(x))
+                    _alone(axis, draws[x], prior[x], known.get(x))
                 else:
-                    marks = ((published or {}).get(x), (published or {}).get(y))
+                    marks = (known.get(x), known.get(y))
                     _pair(axis, (draws[x], draws[y]), (prior[x], prior[y]), marks)
-                _frame(axis, group, (x, y), (row, column), size)
+                _frame(axis, (labels[x], labels[y]), (row, column), size)
         fig.align_ylabels(axes[:, 0])
     return fig
 
@@ -115,25 +123,32 @@ def _density(pair: tuple[Values, Values], at: list[Values]) -> tuple[Values, lis
     return density, [float(np.quantile(inside, 1.0 - share)) for share in SHARES]
 
 
-def _frame(axis: Axes, group, names: tuple[str, str], place: tuple[int, int], size: int) -> None:
+def _frame(axis: Axes, labels: tuple[str, str], place: tuple[int, int], size: int) -> None:
     """Labels at the left and the lower edge only."""
-    (x, y), (row, column) = names, place
+    row, column = place
     small = 6 if size > 4 else 8
     axis.tick_params(labelsize=small - 1)
     axis.locator_params(nbins=3)
     axis.grid(visible=False)
     if row == size - 1:
-        axis.set_xlabel(_label(group, x), fontsize=small)
+        axis.set_xlabel(labels[0], fontsize=small)
         axis.tick_params(axis="x", labelrotation=40)
     else:
         axis.tick_params(labelbottom=False)
     if column == 0 and row > 0:
-        axis.set_ylabel(_label(group, y), fontsize=small)
+        axis.set_ylabel(labels[1], fontsize=small)
     else:
         axis.tick_params(labelleft=False)
     axis.spines["right"].set(visible=column < row, color=GREY, linewidth=0.4)
 
 
-def _label(group, name: str) -> str:
-    unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "")
-    return f"{name}\n[{unit}]"
+def _power(values: Values) -> int:
+    """Power of ten that an axis leaves to its label, so that its numbers stay short."""
+    exponent = int(np.floor(np.log10(max(float(np.abs(values).max()), 1e-300))))
+    return exponent if not -3 < exponent < 5 else 0
+
+
+def _label(group: Any, name: str, power: int) -> str:
+    unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "1")
+    factor = f"$10^{{{power}}}$ " if power else ""
+    return f"{name}\n[{factor}{unit}]"

@@ -1,7 +1,7 @@
 """Everything that the stages of a study left, read for its report."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -26,15 +26,10 @@ class Results:
     posteriors: Mapping[str, Posterior]
 
     @classmethod
-    def of(cls, plan: Plan) -> "Results":
+    def of(cls, plan: Plan, applying: Collection[str]) -> "Results":
         """What lies in the study's folder, of the stages that apply to its runs."""
         roles = plan.roles
-        apply = {
-            "fixture-checks": bool(roles.fixture),
-            "muscle-checks": bool(roles.muscle),
-            "control": bool(roles.muscle) and plan.result("control").exists(),
-        }
-        stages = {name: plan.found(name) for name in STAGES if apply.get(name, True)}
+        stages = {name: plan.found(name) for name in STAGES if name in applying}
         fits = [*(("fixture-coulomb", "fixture-linear") if roles.fixture else ())]
         fits += ["muscle"] if roles.muscle else []
         fits += ["revised"] if stages["revised"]["fit"] == "revised" else []

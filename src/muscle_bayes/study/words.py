@@ -111,8 +111,9 @@ def gains(found: Numbers) -> str:
     price = sum(row["robust"]["nominal"] - row["point"]["nominal"] for row in rows) / len(rows)
     return (
         f"On {plural(found['kept_apart'], 'draw')} kept apart, the recommended gains have a lower "
-        f"95 % CVaR of the cost than gains tuned for the mean joint in {lower} of {len(rows)} scenarios, and no more "
-        f"runaways in {fewer}. On the mean joint they cost {price:+.3g} more, mean over the scenarios."
+        f"95 % CVaR of the cost than gains tuned for the mean joint in {lower} of {len(rows)} "
+        f"scenarios, and no more runaways in {fewer}. On the mean joint they cost {price:+.3g} more, mean "
+        "over the scenarios."
     )
 
 

@@ -13,9 +13,10 @@ from muscle_bayes.study.worker import Report
 def make(plan: Plan, name: str, report: Report) -> None:
     """Write summary.json, results/report.json, report.html and report.pdf."""
     report("numbers", 0, 2)
-    results = Results.of(plan)
+    stages, left_out = all_stages(plan)
+    results = Results.of(plan, [stage.name for stage in stages])
     write_json(plan.out / "summary.json", results.summary())
-    write_json(plan.result(name), contents(results, all_stages(plan)[1]))
+    write_json(plan.result(name), contents(results, left_out))
     report("typesetting", 1, 2)
     for kind in ("html", "pdf"):
         write_whole(plan.out / f"report.{kind}", typeset(plan.result(name), plan.out, kind))
