@@ -72,8 +72,8 @@ def creep(name: str, found: Numbers) -> str:
     includes = overall["q05"] <= 0.0 <= overall["q95"]
     return (
         f"While cold, run {name} creeps by {number(overall['mean'], 3)} {found['unit']}/min more than "
-        f"predicted (90 % interval {ends}), which "
-        + ("does not differ from nothing." if includes else "is not explained by the model.")
+        f"predicted (90 % interval {ends}), an interval that "
+        + ("includes no difference." if includes else "does not include what the model says.")
     )
 
 
