@@ -4,11 +4,21 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+# The browser reads commands from descriptor 3 and answers on 4.
+START = """
+import os, sys
+from fcntl import F_DUPFD, fcntl
+away = [fcntl(int(one), F_DUPFD, 10) for one in sys.argv[1:3]]
+for number, one in enumerate(away):
+    os.dup2(one, 3 + number)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
 
 
 def executable() -> str | None:
@@ -23,10 +33,18 @@ def _ask(browser: str, profile: Path) -> tuple[subprocess.Popen, Any, Any]:
         "--headless=new --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
         "--disable-component-update --remote-debugging-pipe"
     )
-    # The browser reads commands from descriptor 3 and answers on 4.
-    line = f'exec "$0" {options} --user-data-dir="$1" about:blank 3<&{to_browser[0]} 4>&{from_browser[1]}'
+    ends = str(to_browser[0]), str(from_browser[1])
     process = subprocess.Popen(
-        ["sh", "-c", line, browser, str(profile)],
+        [
+            sys.executable,
+            "-S",
+            "-c",
+            START,
+            *ends,
+            browser,
+            *options.split(),
+            f"--user-data-dir={profile}",
+        ],
         pass_fds=(to_browser[0], from_browser[1]),
         stderr=subprocess.DEVNULL,
     )
