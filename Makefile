@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -21,10 +21,10 @@ $(READY): requirements.lock pyproject.toml scripts/find-python
 	@$(BIN)/python -m compileall -q -j $(CORES) $(VENV)/lib >/dev/null || true
 	@touch $@
 
-study: $(READY) ## fit, check and draw the shipped data into reports/ (PRESET=quick for a short one)
+study: $(READY) ## the whole study of the shipped data: reports/report.html and .pdf (PRESET=quick for a short one)
 	@$(BIN)/muscle-bayes study --preset $(PRESET)
 
-test: $(READY) lint firmware-if-possible ## lint and test, under 15 minutes on two cores
+test: $(READY) lint firmware-if-possible browser-if-possible ## lint and test, under 15 minutes on two cores
 	@$(BIN)/python -m pytest -n $(CORES) -m "not slow"
 
 test-slow: $(READY) firmware-if-possible ## the long statistical tests
@@ -41,6 +41,9 @@ firmware: firmware-tools ## build the boards' firmware and its simulator (GAINS=
 
 firmware-tools: ## install the AVR compiler and simavr with apt where they are missing
 	@sh scripts/firmware-tools
+
+browser-if-possible: # opens the report in the tests
+	@sh scripts/browser || echo "the test that opens the report in a browser is skipped"
 
 firmware-if-possible:
 	@if sh scripts/firmware-tools; then \

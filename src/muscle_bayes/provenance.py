@@ -14,10 +14,14 @@ def fingerprint(inputs: Mapping[str, Any]) -> str:
 
 
 def source_checksum(*layers: str) -> str:
-    """SHA-256 over the source of these layers, so that what changed code made is made again."""
+    """SHA-256 over the source of these layers, so that what changed code made is made again.
+
+    A layer is a folder of the package, or a file in one.
+    """
     digest = hashlib.sha256()
     root = Path(__file__).parent
     for layer in layers:
-        for path in sorted((root / layer).rglob("*.py")):
+        place = root / layer
+        for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()

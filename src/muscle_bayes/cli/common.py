@@ -1,17 +1,15 @@
-"""What the commands share: options, the end of a failed command, files written whole."""
+"""What the commands share: options and the end of a failed command."""
 
 import functools
-import json
-import math
-import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.json_file import write_json as write_json
 
 EXIT_USER_ERROR: Final = 2
 EXIT_INTERRUPTED: Final = 130
@@ -53,41 +51,3 @@ def guarded[**P, R](command: Callable[P, R]) -> Callable[P, R]:
             return command(*args, **kwargs)
 
     return run
-
-
-def write_json(path: Path, data: Any) -> None:
-    """Write standard JSON whole or not at all; keys in the order given, NaN and infinity as null.
-
-    Raises MuscleBayesError where the file cannot be written.
-    """
-    text = json.dumps(_plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{path}: cannot be written: {reason}. Mend: name a file that can be written."
-        ) from None
-
-
-def _plain(value: Any) -> Any:
-    """JSON's own types for the arrays, numbers and paths that reports hold."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):  # numpy arrays and scalars, without importing numpy
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, (set, frozenset)):
-        return sorted(_plain(item) for item in value)
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    return value

@@ -1,46 +1,98 @@
 """`muscle-bayes study`: everything from the runs to the report."""
 
+import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, write_json
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED, Preset
 
+if TYPE_CHECKING:
+    from muscle_bayes.study.plan import Plan
+
+CONFIG = "study.toml"
+"""Settings that lie beside the runs."""
+
 
 def study(
-    runs: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder of spring, staircase and sawtooth runs.")
-    ] = Path("data"),
+    runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder of runs.")] = Path("data"),
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STUDY.toml",
+            help="What to do with them.  [default: DIR/study.toml where there is one]",
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the report goes.")] = Path(
         "reports"
     ),
-    preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
+    preset: Annotated[Preset, typer.Option(help="How long to compute.")] = Preset.full,
     device: DeviceOption = Device.cpu,
     json: JsonOption = None,
-    seed: SeedOption = 0,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of the random numbers.  [default: STUDY.toml's, or 0]"),
+    ] = None,
 ) -> None:
-    """Fit fixture and muscle, check the sawtooth, draw figures and write reports/summary.md.
+    """Fit fixture and muscle, check, discover, tune gains, and write report.html and report.pdf.
 
-    Only what changed is run again, so an interrupted study goes on where it stopped.
+    Only what changed is run again, so an interrupted study goes on where it stopped. Exits with 1 if
+    chains have not converged.
     """
     from rich.console import Console
 
-    from muscle_bayes.cli.progress import fit_progress
-    from muscle_bayes.study.pipeline import Study, results, stages, unconverged
+    from muscle_bayes.cli.study_progress import progress
+    from muscle_bayes.study.pipeline import run_stages
+    from muscle_bayes.study.stages import all_stages
 
-    compute_on(device)
-    console = Console()
-    work = Study.of(runs, out, preset.value, seed, fit_progress)
-    for stage in stages(work):
-        made = stage.run()
-        console.print(f"{stage.name}: {'done' if made else 'unchanged'} ({stage.result})")
+    if device is not Device.cpu:
+        compute_on(device)
+    plan = _plan(runs, config, out, preset, device, seed)
+    stages, left_out = all_stages(plan)
+    console = Console(emoji=False)
+    for one in left_out:
+        console.print(f"{one.name} does not apply: {one.why}", markup=False, highlight=False)
+    with progress(plan, stages) as watcher:
+        run_stages(plan, stages, watcher)
+    summary = plan.summary()
     if json is not None:
-        write_json(json, results(work))
-    console.print(f"read {out / 'summary.md'}")
-    for name, complaints in unconverged(work).items():
-        console.print(f"{name} NOT CONVERGED: " + "; ".join(complaints), style="bold red")
-    if unconverged(work):
+        write_json(json, summary)
+    console.print(f"read {out / 'report.html'} or {out / 'report.pdf'}", soft_wrap=True)
+    complaints = summary["not_converged"]
+    for name, reasons in complaints.items():
+        console.print(f"{name} NOT CONVERGED: " + "; ".join(reasons), style="bold red")
+    if complaints:
         raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def _plan(
+    runs: Path, config: Path | None, out: Path, preset: Preset, device: Device, seed: int | None
+) -> "Plan":
+    from muscle_bayes.study.config import StudyConfig, read_config
+    from muscle_bayes.study.evidence import available
+    from muscle_bayes.study.plan import Plan
+
+    if config is None and (runs / CONFIG).is_file():
+        config = runs / CONFIG
+    told = StudyConfig() if config is None else read_config(config)
+    told = told if seed is None else told.model_copy(update={"seed": seed})
+    beside = Path() if config is None else config.parent
+    again = ["muscle-bayes", "study", "--runs", str(runs)]
+    again += ["--config", str(config)] if config is not None else []
+    again += ["--preset", preset.value, "--seed", str(told.seed), "--out", str(out)]
+    return Plan.of(
+        runs,
+        out,
+        preset.value,
+        told,
+        str(runs if config is None else config),
+        joint=None if told.joint is None else beside / told.joint,
+        device=device.value,
+        started_as=shlex.join(again),
+        calibrations=available(
+            [out / "calibration", out, *(beside / one for one in told.evidence)]
+        ),
+    )

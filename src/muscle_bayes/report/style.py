@@ -22,6 +22,8 @@ GREY: Final = "#8A8A8A"
 PALETTE: Final = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE, BLACK)
 
 DPI: Final = 150
+# Without these entries files would name the matplotlib version and the day that wrote them.
+_ANONYMOUS: Final[Any] = {"png": {"Software": None}, "svg": {"Creator": None, "Date": None}}
 
 _RC: Final[Any] = {
     "axes.axisbelow": True,
@@ -58,12 +60,13 @@ def quiet_style() -> Iterator[None]:
 
 
 def save(fig: Figure, path: Path) -> None:
-    """Write a PNG at 150 dpi, the same bytes for the same figure. Raises OSError."""
+    """Write a PNG at 150 dpi, or an SVG, the same bytes for the same figure. Raises OSError."""
+    kind = path.suffix.removeprefix(".")
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.part")
     try:
-        # Without the entry the file would name the matplotlib version that wrote it.
-        fig.savefig(partial, format="png", dpi=DPI, metadata={"Software": None})
+        with matplotlib.rc_context({"svg.hashsalt": path.stem}):
+            fig.savefig(partial, format=kind, dpi=DPI, metadata=_ANONYMOUS[kind])
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)

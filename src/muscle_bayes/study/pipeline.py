@@ -1,124 +1,149 @@
-"""The stages of the study and what each needs."""
+"""Running a study: stages in processes of their own, only those whose inputs changed."""
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from importlib.metadata import version
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-from muscle_bayes.conventions import Friction
-from muscle_bayes.data import Run, read_runs
+from doit.cmd_base import TaskLoader2
+from doit.doit_cmd import DoitMain
+from doit.exceptions import BaseFail, TaskFailed
+from doit.globals import Globals
+from doit.reporter import ZeroReporter
+from doit.task import Task, dict_to_task
+from doit.tools import config_changed
+
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.assemble import LIBRARIES
-from muscle_bayes.inference.fit import EFFORTS, FIT_LAYERS, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.summary import summarise
-from muscle_bayes.provenance import fingerprint, source_checksum
-from muscle_bayes.study.stage import Stage
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.stages import Stage
 
-Progress = Callable[[str], AbstractContextManager[Callable[[str, int, int], None]]]
+PROCESSES = 2
+"""Stages that run side by side: each compiles and samples with more than one thread."""
 
 
-@dataclass(frozen=True)
-class Study:
-    """Where the study reads and writes, and how long it samples."""
+class Watcher(Protocol):
+    """Who wants to know how far a study is."""
 
-    runs: tuple[Run, ...]
-    out: Path
-    preset: str
-    seed: int
-    progress: Progress
+    def started(self, stage: str) -> None: ...
 
-    @classmethod
-    def of(cls, folder: Path, out: Path, preset: str, seed: int, progress: Progress) -> "Study":
-        """The study of a folder with spring, staircase and sawtooth runs.
+    def made(self, stage: str) -> None: ...
 
-        Raises MuscleBayesError if the folder lacks spring or staircase runs.
-        """
-        study = cls(tuple(read_runs([folder])), out, preset, seed, progress)
-        for protocol in ("spring", "staircase"):
-            if not study.of_protocol(protocol):
-                raise MuscleBayesError(
-                    f"{folder}: has no {protocol} run, the study needs at least one. "
-                    "Mend: add runs, or fit what there is with `muscle-bayes fit`."
-                )
-        return study
+    def unchanged(self, stage: str) -> None: ...
 
-    def of_protocol(self, *protocols: str) -> tuple[Run, ...]:
-        """The runs of these protocols."""
-        return tuple(run for run in self.runs if run.metadata.protocol in protocols)
 
-    def posterior_path(self, name: str) -> Path:
-        """Where a fit's posterior lies."""
-        return self.out / "posteriors" / f"{name}.nc"
+def command(stage: Stage, plan: Path) -> list[str]:
+    """The process that runs one stage."""
+    worker = [sys.executable, "-m", "muscle_bayes.study.worker"]
+    return [*worker, stage.step, stage.name, str(plan)]
 
-    def posterior(self, name: str) -> Posterior:
-        """A fit's posterior, once its stage is done."""
-        return Posterior.load(self.posterior_path(name))
 
-    def inputs(self, runs: tuple[Run, ...], layers: tuple[str, ...], **more: Any) -> dict[str, Any]:
-        """What a stage depends on."""
+def run_stages(
+    plan: Plan,
+    stages: Sequence[Stage],
+    watcher: Watcher,
+    *,
+    processes: int = PROCESSES,
+    process_of: Callable[[Stage, Path], list[str]] = command,
+) -> None:
+    """Make what does not stand, as many stages at once as `processes`.
+
+    What a stage made is recorded as soon as it is done, so an interrupted study goes on where it
+    stopped. Raises MuscleBayesError with a stage's own message where it fails.
+    """
+    plan.save()
+    reporter = _Reporter(watcher)
+    settings = {
+        "dep_file": str(plan.out / "results" / "records.json"),
+        "backend": "whole",
+        "reporter": reporter,
+        "num_process": processes,
+        "par_type": "thread",
+        "verbosity": 0,
+    }
+    code = DoitMain(
+        _Loader(plan, stages, process_of, settings),
+        config_filenames=(),
+        extra_config={"BACKEND": {"whole": "muscle_bayes.study.records:WholeFile"}},
+    ).run(["run"])
+    if reporter.failed is not None:
+        raise MuscleBayesError(reporter.failed)
+    if code != 0:
+        raise RuntimeError(f"the stages could not be run: doit ended with {code}")
+
+
+class _Reporter(ZeroReporter):
+    """Passes on what doit does with each stage."""
+
+    def __init__(self, watcher: Watcher) -> None:
+        super().__init__(sys.stderr, {})
+        self.failed: str | None = None
+        self._watcher = watcher
+
+    def execute_task(self, task: Task) -> None:
+        self._watcher.started(task.name)
+
+    def add_success(self, task: Task) -> None:
+        # doit itself writes its records at the very end: too late for a process that is killed.
+        Globals.dep_manager.backend.dump()
+        self._watcher.made(task.name)
+
+    def skip_uptodate(self, task: Task) -> None:
+        self._watcher.unchanged(task.name)
+
+    def add_failure(self, task: Task, fail_info: BaseFail) -> None:
+        self.failed = self.failed or f"stage {task.name}: {fail_info.message}"
+
+
+class _Loader(TaskLoader2):
+    """Stages as doit's tasks."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        stages: Sequence[Stage],
+        process_of: Callable[[Stage, Path], list[str]],
+        settings: dict[str, Any],
+    ) -> None:
+        super().__init__()
+        self._plan, self._stages = plan, stages
+        self._process_of, self._settings = process_of, settings
+
+    def load_doit_config(self) -> dict[str, Any]:
+        return self._settings
+
+    def load_tasks(self, cmd: Any, pos_args: Any) -> list[Task]:
+        return [dict_to_task(self._task(stage)) for stage in self._stages]
+
+    def _task(self, stage: Stage) -> dict[str, Any]:
+        plan = self._plan
+        reads = [*plan.files(stage.runs), *stage.needs]
         return {
-            "runs": {run.name: run.checksum for run in runs},
-            "preset": self.preset,
-            "seed": self.seed,
-            "source": source_checksum(*layers),
-            "versions": {name: version(name) for name in LIBRARIES},
-            **more,
+            "name": stage.name,
+            "actions": [(_ended_well, [self._process_of(stage, plan.path)])],
+            "io": {"capture": False},  # doit would redirect the output of all threads
+            "file_dep": [str(path) for path in reads],
+            "targets": [str(path) for path in (stage.result, *stage.also, *figures_of(stage))],
+            "uptodate": [config_changed(stage.inputs(plan))],
         }
 
 
-def _fit_stage(
-    study: Study, name: str, runs: tuple[Run, ...], friction: Friction, given: Stage | None
-) -> Stage:
-    earlier = None if given is None else fingerprint(given.inputs)
-    inputs = study.inputs(runs, FIT_LAYERS, friction=friction, given=earlier)
-
-    def make() -> None:
-        with study.progress(name) as report:
-            posterior = fit(
-                runs,
-                friction,
-                effort=EFFORTS[study.preset],
-                given=None if given is None else study.posterior(given.name),
-                seed=study.seed,
-                report=report,
-            )
-        posterior.save(study.posterior_path(name))
-
-    return Stage(name, study.posterior_path(name), inputs, make)
+def _ended_well(process: list[str]) -> TaskFailed | None:
+    """Run a stage's process to its end."""
+    ended = subprocess.run(process, capture_output=True, text=True, check=False)
+    return None if ended.returncode == 0 else TaskFailed(ended.stderr.strip())
 
 
-def stages(study: Study) -> Iterator[Stage]:
-    """All stages, in an order in which each finds what it needs."""
-    springs = study.of_protocol("spring")
-    staircases = study.of_protocol("staircase")
-    fixture = _fit_stage(study, "fixture-coulomb", springs, "coulomb", None)
-    yield fixture
-    yield _fit_stage(study, "fixture-linear", springs, "linear", None)
-    yield _fit_stage(study, "muscle", staircases, "coulomb", fixture)
-    from muscle_bayes.study.report import write_report
-
-    yield Stage(
-        "report",
-        study.out / "summary.md",
-        study.inputs(study.runs, (*FIT_LAYERS, "criticism", "report", "study")),
-        lambda: write_report(study),
-    )
-
-
-def unconverged(study: Study) -> dict[str, list[str]]:
-    """Complaints of each fit that has not converged."""
-    result = {}
-    for name in ("fixture-coulomb", "fixture-linear", "muscle"):
-        summary = summarise(study.posterior(name))
-        if not summary["converged"]:
-            result[name] = summary["complaints"]
-    return result
-
-
-def results(study: Study) -> dict[str, Any]:
-    """The numbers of the report."""
-    return json.loads((study.out / "summary.json").read_text())
+def figures_of(stage: Stage) -> list[Path]:
+    """Figures that a stage said it drew when it was last run: one that is gone is drawn again."""
+    if stage.result.suffix != ".json" or not stage.result.exists():
+        return []
+    try:
+        drawn = json.loads(stage.result.read_text(encoding="utf-8")).get("figures", {})
+    except (json.JSONDecodeError, AttributeError):
+        return []
+    folder = stage.result.parents[1]
+    return [
+        folder / f"{figure['path']}.{kind}" for figure in drawn.values() for kind in ("svg", "png")
+    ]

@@ -1,0 +1,19 @@
+"""Results of slow checks of the method, which have commands of their own."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+FILES: Final = ("calibration.json", "trial.json", "gradient.json", "sampling.json")
+"""What `muscle-bayes sbc` and `trial`, and the benchmarks of gradient and sampler write."""
+
+
+def available(folders: Iterable[Path]) -> tuple[Path, ...]:
+    """Such results in these folders and one below."""
+    found = [
+        path
+        for folder in folders
+        for name in FILES
+        for path in (*folder.glob(name), *folder.glob(f"*/{name}"))
+    ]
+    return tuple(sorted(set(found)))

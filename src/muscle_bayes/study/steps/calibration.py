@@ -1,0 +1,66 @@
+"""Slow checks of the method itself: their results where somebody has run them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muscle_bayes.criticism.sbc import Calibration
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.json_file import write_json
+from muscle_bayes.report.calibration_figure import calibration_figure
+from muscle_bayes.report.trial_figure import trial_figure
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.steps.figures import Drawn
+from muscle_bayes.study.worker import Report
+
+SYNTHETIC = "Synthetic data."
+
+
+def make(plan: Plan, name: str, report: Report) -> None:
+    """Write results/calibration.json: `sbc` by name, and `trial`, `gradient`, `sampling` where they are."""
+    drawn, sbc, others = Drawn(plan), {}, {}
+    for path in plan.calibrations:
+        numbers = _read(path)
+        if path.name == "calibration.json":
+            sbc[path.parent.name] = _without_ranks(numbers)
+            drawn.add(
+                f"sbc-{path.parent.name}",
+                calibration_figure(_ranks(numbers), path.parent.name),
+                f"Ranks of true values among posterior draws, {path.parent.name}: distribution less the "
+                "uniform one; the band holds a uniform quantity at each rank.",
+                SYNTHETIC,
+            )
+            continue
+        others[path.stem] = numbers
+        if path.name == "trial.json":
+            drawn.add(
+                "trial",
+                trial_figure(numbers),
+                "Effects hidden in runs of random rigs: what was said first, and how often statements of a "
+                "probability were true.",
+                SYNTHETIC,
+            )
+    write_json(plan.result(name), {"sbc": sbc, **others, "figures": drawn.listed})
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, json.JSONDecodeError) as error:
+        raise MuscleBayesError(
+            f"{path}: cannot be read as a result ({error}). Mend: run the check again, or remove the file."
+        ) from None
+
+
+def _without_ranks(numbers: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in numbers.items() if key not in ("ranks", "p")} | {
+        "quantities": len(numbers["p"])
+    }
+
+
+def _ranks(numbers: dict[str, Any]) -> Calibration:
+    """The calibration that a file tells of."""
+    ranks = {name: np.array(one) for name, one in numbers["ranks"].items()}
+    return Calibration(numbers["source"], ranks, numbers["converged"], numbers["processor_seconds"])

@@ -1,0 +1,130 @@
+"""What the data tell of a fit, what its priors allow, and its predictions beside readings."""
+
+from typing import Any
+
+from muscle_bayes.criticism.coverage import check_run
+from muscle_bayes.criticism.drift import drift
+from muscle_bayes.data import Run
+from muscle_bayes.inference.identifiability import Identifiability, identify
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.predictive import predict_from_prior, predict_runs
+from muscle_bayes.inference.summary import summarise
+from muscle_bayes.json_file import write_json
+from muscle_bayes.report.drift_figure import drift_figure
+from muscle_bayes.report.identifiability_figure import identifiability_figure
+from muscle_bayes.report.pairs_figure import pairs_figure
+from muscle_bayes.report.posterior_figures import posterior_figure
+from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.published import middles, values_of
+from muscle_bayes.study.roles import drives
+from muscle_bayes.study.steps.figures import Drawn, origin_of
+from muscle_bayes.study.worker import Report
+
+
+def make(plan: Plan, name: str, report: Report) -> None:
+    """Write results/NAME.json and figures: NAME is `fixture-checks` or `muscle-checks`."""
+    part = name.removesuffix("-checks")
+    moved = part == "muscle"
+    fit = "muscle" if moved else f"fixture-{plan.config.friction}"
+    fitted = plan.fitted(plan.roles.muscle if moved else plan.roles.fixture)
+    held = [run for run in plan.runs(plan.roles.held_out) if drives(run) == moved]
+    posterior = Posterior.load(plan.posterior(fit))
+    drawn = Drawn(plan)
+    report("what the data tell", 0, 3)
+    found = identify(posterior)
+    _draw_posterior(plan, drawn, part, posterior, found, origin_of(fitted))
+    report("what priors allow", 1, 3)
+    _draw_prior(plan, drawn, part, posterior, fitted)
+    report("predictions", 2, 3)
+    predicted = _predictions(plan, posterior, [*fitted, *held])
+    write_json(
+        plan.result(name),
+        {
+            "summary": summarise(posterior),
+            "identifiability": found.as_dict(),
+            **_judged(plan, drawn, predicted, {run.name: run for run in (*fitted, *held)}),
+            "figures": drawn.listed,
+        },
+    )
+
+
+def _draw_posterior(
+    plan: Plan, drawn: Drawn, part: str, posterior: Posterior, found: Identifiability, origin: str
+) -> None:
+    fits = (posterior.friction, "muscle") if part == "muscle" else (posterior.friction,)
+    printed = middles(values_of(plan.published, *fits))
+    mark = " Dashed: the published value." if printed else ""
+    drawn.add(
+        f"posterior-{part}",
+        posterior_figure(posterior, printed, part),
+        f"Posterior of the {part}'s parameters (blue; the bar is its central 90 %) beside the prior "
+        f"(grey).{mark}",
+        origin,
+    )
+    drawn.add(
+        f"pairs-{part}",
+        pairs_figure(posterior, printed),
+        "Posterior of pairs of parameters: regions that hold 50 and 90 % of the draws. Grey: where 90 % "
+        "of the prior lies, where that is narrower than the panel." + mark,
+        origin,
+    )
+    drawn.add(
+        f"identifiability-{part}",
+        identifiability_figure(found),
+        "How far the data narrow each parameter: 1 - width of the posterior's 90 % interval over the "
+        "prior's. Hatched: quantities that sit at a bound of their prior.",
+        origin,
+    )
+
+
+def _draw_prior(plan: Plan, drawn: Drawn, part: str, posterior: Posterior, runs: list[Run]) -> None:
+    # All runs as in the fit, for the programs compiled there; two are enough to look at.
+    prior = predict_from_prior(runs, posterior.friction, posterior.effects, seed=plan.config.seed)
+    drawn.add(
+        f"prior-{part}",
+        prior_predictive_figure(prior[:2], runs[0].metadata.origin),
+        "What the priors alone allow: central 50 and 90 % of models without noise, and what was logged.",
+        origin_of(runs[:2]),
+    )
+
+
+def _predictions(plan: Plan, posterior: Posterior, runs: list[Run]) -> list[Prediction]:
+    """Of whole runs; what lies behind the fitted part of a run counts as predicted ahead."""
+    whole = plan.runs([run.name for run in runs])
+    found = predict_runs(posterior, whole, seed=plan.config.seed)
+    return [
+        one if (end := plan.roles.until.get(one.run)) is None else one._replace(ahead_from=end)
+        for one in found
+    ]
+
+
+def _judged(
+    plan: Plan, drawn: Drawn, predicted: list[Prediction], runs: dict[str, Run]
+) -> dict[str, Any]:
+    """Checks of every run, and creep of those that were not fitted, or not wholly."""
+    checks, drifts = {}, {}
+    for one in predicted:
+        run = runs[one.run]
+        check = check_run(one)
+        ahead = one.run in plan.roles.held_out or one.run in plan.roles.until
+        checks[one.run] = check.as_dict() | {"ahead": ahead}
+        drawn.add(
+            f"predicted-{one.run}",
+            predictive_figure(one, check, run.metadata.origin),
+            f"Run {one.run}{', not fitted' if one.run in plan.roles.held_out else ''}: readings with the "
+            "central 50 and 90 % of predictions, what drove it, and what is left over.",
+            origin_of([run]),
+        )
+        if ahead and drives(run):
+            found = drift(one, plan.config.seed)
+            drifts[one.run] = found.as_dict()
+            drawn.add(
+                f"drift-{one.run}",
+                drift_figure(one, found, run.metadata.origin),
+                f"Run {one.run}: creep in each cold phase, from its own mean start, and slopes with their "
+                "90 % intervals.",
+                origin_of([run]),
+            )
+    return {"checks": checks, "drift": drifts}

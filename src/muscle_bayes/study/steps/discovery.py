@@ -1,0 +1,72 @@
+"""Where the model misfits, and which effect it lacks."""
+
+from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.discovery.result import Discovery
+from muscle_bayes.discovery.summary import verdict_text
+from muscle_bayes.json_file import write_json, write_whole
+from muscle_bayes.report.discovery_figures import (
+    before_after_figure,
+    misfit_figure,
+    probability_figure,
+)
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.steps.figures import Drawn, origin_of
+from muscle_bayes.study.worker import Report
+
+
+def make(plan: Plan, name: str, report: Report) -> None:
+    """Write results/discovery.json, results/effects.json, figures, and next-experiment.toml after a tie."""
+    roles, config = plan.roles, plan.config
+    runs = plan.fitted((*roles.fixture, *roles.muscle, *roles.held_out))
+    tried = config.candidates or applicable(runs, config.effects)
+    found = discover(
+        runs,
+        hold_out=roles.held_out,
+        friction=config.friction,
+        effects=config.effects,
+        candidates=tried,
+        seed=config.seed,
+        report=report,
+    )
+    drawn = Drawn(plan)
+    _draw(found, drawn, {run.name: run.metadata.origin for run in runs}, origin_of(runs))
+    if found.next_experiment is not None:
+        sequence = found.next_experiment.sequence.encode()
+        write_whole(plan.out / "next-experiment.toml", sequence)
+    # Of its own, so that the revised model is sampled again only when other effects are found.
+    write_json(plan.result("effects"), {"effects": list(found.effects)})
+    write_json(
+        plan.result(name),
+        found.as_dict()
+        | {
+            "told": verdict_text(found),
+            "tried": list(tried),
+            "left_p_value": found.final.misfit.p_value,
+            "figures": drawn.listed,
+        },
+    )
+
+
+def _draw(found: Discovery, drawn: Drawn, origins: dict[str, str], origin: str) -> None:
+    drawn.add(
+        "misfit",
+        misfit_figure(found, origins),
+        "Misfit map: readings minus model of every fitted run, before and, where an effect was added, "
+        "after. Shaded: windows whose misfit exceeds what noise and uncertain parameters allow.",
+        origin,
+    )
+    drawn.add(
+        "probabilities",
+        probability_figure(found),
+        "Probability of each effect being what the model lacks, of none, and of one that the catalogue "
+        "does not have.",
+        origin,
+    )
+    for run in found.nominal.predictions:
+        drawn.add(
+            f"discovery-{run}",
+            before_after_figure(found, run, origins[run]),
+            f"Run {run}{', held out' if run in found.held_out else ''}: the nominal and, where an effect "
+            "was added, the revised model at their most probable points; 50 and 90 % bands.",
+            "Synthetic data." if origins[run] == "synthetic" else "Measured data.",
+        )

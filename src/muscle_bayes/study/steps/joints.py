@@ -1,0 +1,68 @@
+"""Draws of the joint that gains are tuned for."""
+
+from muscle_bayes.control.design import Design, read_design
+from muscle_bayes.control.draws import JointDraws, joint_draws
+from muscle_bayes.control.heater_fit import HeaterPosterior, assumed_heater, fit_heater
+from muscle_bayes.data import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.roles import drives
+
+_MIRRORED = ("rotor_radius", "anchor_x", "anchor_y")
+
+
+def mirrored(run: Run) -> Design:
+    """The muscle's own rig with a second one mounted on the other side like the first."""
+    fixture, muscle = run.metadata.fixture, run.metadata.element_a
+    sides = {f"{key}_b": getattr(fixture, f"{key}_a") for key in _MIRRORED}
+    told = {"fixture": fixture.model_copy(update=sides), "element_a": muscle, "element_b": muscle}
+    if run.metadata.potentiometer is not None:
+        told["potentiometer"] = run.metadata.potentiometer
+    return Design(**told)
+
+
+def heater_of(plan: Plan, seed: int) -> HeaterPosterior:
+    """The heater's posterior from the runs that were held out, else from those fitted, else assumed."""
+    moved = [run for run in plan.runs(plan.roles.held_out) if drives(run)]
+    for runs in (moved, plan.runs(plan.roles.muscle)):
+        if not runs:
+            continue
+        try:
+            return fit_heater(runs, seed=seed)
+        except MuscleBayesError:
+            continue  # these never leave it certain what a heater does
+    return assumed_heater(seed)
+
+
+def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
+    """Draws of joints, and what has to be told about where they come from."""
+    seed = plan.config.seed
+    tubes = heater_of(plan, seed)
+    untold = [name for name, told in tubes.told.items() if not told]
+    notes = [
+        f"heater: {tubes.source}" + (f"; not told: {', '.join(untold)}" if untold else ""),
+        "loops are simulated, no joint was measured",
+    ]
+    design = mirrored(plan.run(plan.roles.muscle[0]))
+    if plan.joint is not None:
+        design = read_design(plan.joint)
+        notes.append(f"joint: {plan.joint.name}")
+    else:
+        notes.append("joint: the muscle's rig with its mirror image on the other side")
+    bearing = None
+    if plan.roles.fixture:
+        bearing = Posterior.load(plan.posterior("fixture-linear"))
+        notes.append("inertia and friction: the fixture's fit with linear friction")
+    revised = plan.found("revised")["fit"]
+    for name in dict.fromkeys((revised, "muscle")):
+        posterior = Posterior.load(plan.posterior(name))
+        try:
+            draws = joint_draws(
+                posterior, tubes.draws, count, design=design, fixture=bearing, seed=seed
+            )
+        except MuscleBayesError as error:
+            notes.append(f"the {name} model is not used: {str(error).partition(' Mend:')[0]}")
+            continue
+        return draws, [*notes, f"muscle: the {name} model"]
+    raise MuscleBayesError("; ".join(notes))

@@ -1,0 +1,48 @@
+"""HTML and PDF from results: text and layout in `study/document`, numbers and statements from here."""
+
+from pathlib import Path
+
+from muscle_bayes.json_file import write_json, write_whole
+from muscle_bayes.study.contents import contents
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.results import Results
+from muscle_bayes.study.stages import DOCUMENT, all_stages
+from muscle_bayes.study.worker import Report
+
+
+def make(plan: Plan, name: str, report: Report) -> None:
+    """Write summary.json, results/report.json, report.html and report.pdf."""
+    report("numbers", 0, 2)
+    stages, left_out = all_stages(plan)
+    results = Results.of(plan, [stage.name for stage in stages])
+    write_json(plan.out / "summary.json", results.summary())
+    write_json(plan.result(name), contents(results, left_out))
+    report("typesetting", 1, 2)
+    for kind in ("html", "pdf"):
+        write_whole(plan.out / f"report.{kind}", typeset(plan.result(name), plan.out, kind))
+
+
+def typeset(content: Path, out: Path, kind: str) -> bytes:
+    """The report as `html` or `pdf`. The same content gives the same bytes, whatever the day."""
+    import typst
+
+    made = typst.compile(
+        str(DOCUMENT / "report.typ"),
+        root=content.resolve().anchor,
+        format=kind,
+        ignore_system_fonts=True,
+        sys_inputs={
+            "content": _inside(content),
+            "folder": _inside(out),
+            "kind": kind,
+        },
+    )
+    if kind != "html":
+        return made
+    style = (DOCUMENT / "report.css").read_bytes()
+    return made.replace(b"</head>", b"<style>\n" + style + b"</style></head>", 1)
+
+
+def _inside(path: Path) -> str:
+    """A path as typst wants it, from the root."""
+    return "/" + path.resolve().relative_to(path.resolve().anchor).as_posix()

@@ -1,0 +1,67 @@
+"""The posterior of the model with the effects that discovery added."""
+
+import hashlib
+
+from muscle_bayes.inference.fit import EFFORTS, fit
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.summary import summarise
+from muscle_bayes.json_file import write_json
+from muscle_bayes.report.forest_figure import forest_figure
+from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.published import middles, values_of
+from muscle_bayes.study.steps.figures import Drawn, origin_of
+from muscle_bayes.study.steps.fit import rotor_effects
+from muscle_bayes.study.worker import Report
+
+
+def make(plan: Plan, name: str, report: Report) -> None:
+    """Write results/revised.json, and posteriors/revised.nc if effects were found.
+
+    Effects that act on a muscle alone are fitted to the muscle's runs with the fixture's J and D as
+    prior, others to all runs together.
+    """
+    effects = tuple(plan.found("effects")["effects"])
+    before = "muscle" if plan.roles.muscle else f"fixture-{plan.config.friction}"
+    if effects == plan.config.effects:
+        write_json(plan.result(name), {"fit": before, "effects": list(effects), "figures": {}})
+        return
+    posterior = _fit(plan, effects, report)
+    posterior.save(plan.posterior("revised"))
+    drawn = Drawn(plan)
+    nominal = Posterior.load(plan.posterior(before))
+    printed = middles(values_of(plan.published, plan.config.friction, "muscle"))
+    runs = plan.runs(plan.roles.fitted)
+    drawn.add(
+        "forest",
+        forest_figure({"nominal": nominal, "revised": posterior}, printed),
+        "Parameters without (circles) and with (squares) the effects that were added: median, 50 and 90 % "
+        "intervals." + (" Dashed: the published value." if printed else ""),
+        origin_of(runs),
+    )
+    # The checksum tells later stages that the posterior is another one.
+    checksum = hashlib.sha256(plan.posterior("revised").read_bytes()).hexdigest()
+    write_json(
+        plan.result(name),
+        {
+            "fit": "revised",
+            "effects": list(effects),
+            "checksum": checksum,
+            "summary": summarise(posterior),
+            "figures": drawn.listed,
+        },
+    )
+
+
+def _fit(plan: Plan, effects: tuple[str, ...], report: Report) -> Posterior:
+    roles, friction = plan.roles, plan.config.friction
+    apart = roles.fixture and roles.muscle and not rotor_effects(effects)
+    given = Posterior.load(plan.posterior(f"fixture-{friction}")) if apart else None
+    return fit(
+        plan.fitted(roles.muscle if apart else roles.fitted),
+        friction,
+        effects,
+        effort=EFFORTS[plan.preset],
+        given=given,
+        seed=plan.config.seed,
+        report=report,
+    )

@@ -1,0 +1,154 @@
+"""Sentences of the report that state or compare numbers: all of them made from results."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from muscle_bayes.study.numbers import interval, number, percent, plural
+
+Numbers = Mapping[str, Any]
+
+
+def notice(origins: Sequence[str]) -> str:
+    """What the first page says of where the data come from."""
+    if set(origins) == {"synthetic"}:
+        return (
+            "These data are synthetic: a simulator wrote them, nothing here was measured. They show what "
+            "the method finds where the truth is known; they are no evidence about a real muscle."
+        )
+    if set(origins) == {"measured"}:
+        return "These data were measured."
+    return "Some of these data are synthetic, written by a simulator: the table of runs says which."
+
+
+def converged(name: str, summary: Numbers) -> str:
+    """Whether a fit's draws may be used."""
+    if summary["converged"]:
+        return f"The chains of {name} converged."
+    return f"The chains of {name} have NOT converged: {'; '.join(summary['complaints'])}."
+
+
+def printed(parameters: Numbers, values: Mapping[str, Sequence[float]], where: str) -> str:
+    """How many published values the posterior holds for possible."""
+    shared = [name for name in values if name in parameters]
+    if not shared:
+        return ""
+    out = [name for name in shared if not agrees(parameters[name], values[name])]
+    inside = len(shared) - len(out)
+    text = f"Of {plural(len(shared), 'value')} in {where}, {inside} lie inside the posterior's central 90 %"
+    return text + (f"; outside: {', '.join(out)}." if out else ".")
+
+
+def agrees(row: Numbers, ends: Sequence[float]) -> bool:
+    """Whether the central 90 % of a parameter reaches into a published range."""
+    return row["q05"] <= ends[-1] and ends[0] <= row["q95"]
+
+
+def friction(found: Numbers) -> str:
+    """Which law of friction predicts better."""
+    first, second = found["names"]
+    text = (
+        f"Expected log predictive density, {first} minus {second} friction: "
+        f"{found['elpd_difference']:+.1f} nat (standard error {found['se']:.1f}). "
+    )
+    if found["better"] == "neither":
+        return text + "That is within two standard errors: these runs prefer neither."
+    return text + f"These runs prefer {found['better']} friction."
+
+
+def prediction(name: str, check: Numbers) -> str:
+    """How a run that was not fitted is predicted."""
+    return (
+        f"Run {name} was not fitted and is predicted to {number(check['rmse'], 3)} {check['unit']} RMS; "
+        f"{percent(check['coverage90'])} of its readings lie inside the predictions' central 90 %."
+    )
+
+
+def creep(name: str, found: Numbers) -> str:
+    """Whether a run creeps while cold by more than the model says."""
+    overall = found["slope_difference"]
+    if overall is None:
+        return f"Run {name} says nothing of creep while cold: {found['reason']}"
+    ends = interval(overall, 3)
+    includes = overall["q05"] <= 0.0 <= overall["q95"]
+    return (
+        f"While cold, run {name} creeps by {number(overall['mean'], 3)} {found['unit']}/min more than "
+        f"predicted (90 % interval {ends}), an interval that "
+        + ("includes no difference." if includes else "does not include what the model says.")
+    )
+
+
+def located(found: Numbers) -> str:
+    """Whether and where the nominal model misfits."""
+    p = number(found["misfit_p_value"], 2)
+    if not found["located"]:
+        return f"No window of any run misfits more than noise allows (p = {p} over all windows)."
+    return (
+        f"{plural(len(found['located']), 'window')} of the fitted runs misfit more than noise and "
+        f"uncertain parameters allow (p = {p} for the most significant, over all windows)."
+    )
+
+
+def ending(found: Numbers) -> str:
+    """Why the search for effects ended, and what is left."""
+    left = number(found["left_p_value"], 2)
+    return f"The search ended because {found['stopped_because']}. Largest misfit left: p = {left}."
+
+
+def revision(found: Numbers) -> str:
+    """Which model the later stages use."""
+    if found["fit"] != "revised":
+        return "No effect was added, so the revised model is the nominal one."
+    return f"The revised model has {', '.join(found['effects'])}. " + converged(
+        "the revised model", found["summary"]
+    )
+
+
+def gains(found: Numbers) -> str:
+    """What robust gains bring and cost against gains for the mean joint."""
+    rows = found["rows"]
+    lower = sum(row["robust"]["cvar95"] < row["point"]["cvar95"] for row in rows)
+    fewer = sum(row["robust"]["runaway"] <= row["point"]["runaway"] for row in rows)
+    price = sum(row["robust"]["nominal"] - row["point"]["nominal"] for row in rows) / len(rows)
+    return (
+        f"On {plural(found['kept_apart'], 'draw')} kept apart, the recommended gains have a lower "
+        f"95 % CVaR of the cost than gains tuned for the mean joint in {lower} of {len(rows)} "
+        f"scenarios, and no more runaways in {fewer}. On the mean joint they cost {price:+.3g} more, mean "
+        "over the scenarios."
+    )
+
+
+def tuning(found: Numbers) -> str:
+    """On what gains were tuned and judged."""
+    scenarios = found["scenarios_tuned_for"]
+    return (
+        f"Gains were tuned on {plural(found['tuned_on'], 'joint')} for "
+        f"{plural(len(scenarios), 'scenario')} ({', '.join(scenarios)}) and judged on "
+        f"{found['kept_apart']} others in all {len(found['rows'])}."
+    )
+
+
+def inertia(name: str, run: Numbers) -> str:
+    """What leaving out the rotor's inertia does to a slow run."""
+    found = run["inertia"]
+    if found["rms"] is None or found["rms"] != found["rms"]:
+        return f"{name}: what leaving out the rotor's inertia changes is not known."
+    kept = "kept" if found["kept"] else "left out"
+    return (
+        f"{name}: the rotor's inertia is {kept}; leaving it out changes readings by "
+        f"{number(found['rms'], 2)} {run['unit']} RMS, at most {number(found['largest'], 2)}."
+    )
+
+
+def step(found: Numbers) -> str:
+    """What an added effect is, how sure that is, and what it brings."""
+    values = "; ".join(
+        f"{name} {number(one['mean'])} ± {number(one['sd'], 2)} {one['unit']}".rstrip()
+        for name, one in found["parameters"].items()
+    )
+    gate = found["gate"]
+    signals = f", a function of {', '.join(found['signals'])}" if found["signals"] else ""
+    return (
+        f"Added: {found['added']} on the port {found['port']}{signals}, with probability "
+        f"{percent(found['probability'])}. {values}. Readings left out ({gate['by']}) are predicted better "
+        f"by {number(gate['gain'], 3)} nat (standard error {number(gate['se'], 2)})."
+    )
