@@ -83,7 +83,7 @@ def as_restructured_text(app, what, name, obj, options, lines: list[str]) -> Non
         lines[:] = []
     result: list[str] = []
     literal = False
-    for number, line in enumerate(lines):
+    for line in lines:
         indented = line.startswith((" ", "\t"))
         if literal and line.strip() and not indented:
             literal = False

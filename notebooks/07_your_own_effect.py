@@ -103,11 +103,11 @@ cogging
 angles = jnp.linspace(-1.0, 1.0, 200)
 rest = Signals(*[jnp.zeros(())] * (len(Signals._fields) - 1), memory={})
 torque = np.array([float(cogging(0.01)(0.0, rest._replace(q=q))) for q in angles])
-assert float(cogging.off()(0.3, rest._replace(q=angles[7]))) == 0.3
+assert cogging.off()(0.25, rest._replace(q=angles[7])) == 0.25
 
 figure, axis = plt.subplots(figsize=(6, 2.2), layout="constrained")
-axis.plot(np.degrees(angles), torque)
 axis.set(xlabel="angle [deg]", ylabel="torque [N m]", title="cogging of 0.01 N m")
+(line,) = axis.plot(np.degrees(angles), torque)
 # %% [markdown]
 # ## Fit with it
 #
