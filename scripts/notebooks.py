@@ -74,9 +74,8 @@ def main() -> int:
     parser.add_argument("--reduced", action="store_true", help="with very little computing")
     asked = parser.parse_args()
     keep_compiled_code()
-    # Kernels load nothing that a user's own settings would add.
-    os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")
-    os.environ.pop("MPLBACKEND", None)
+    os.environ.pop("MPLBACKEND", None)  # figures go into the notebook
+    os.environ["PYTHONWARNINGS"] = "ignore:IProgress not found"  # tqdm without widgets
     kept = asked.kept or asked.out / "kept"
     if asked.kept is None:
         shutil.rmtree(kept, ignore_errors=True)
