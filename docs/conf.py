@@ -8,7 +8,7 @@ import jupytext
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from reference import as_restructured_text, write_api_pages, write_command_page  # noqa: E402
+from reference import as_restructured_text, not_ours, write_api_pages, write_command_page  # noqa: E402
 
 project = "muscle_bayes"
 author = "The muscle_bayes authors"
@@ -25,7 +25,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "off"  # scripts/notebooks.py runs them
 nb_merge_streams = True
 
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
@@ -47,3 +47,4 @@ for source in sorted((HERE.parent / "notebooks").glob("*.py")):
 def setup(app):
     """Docstrings are plain text with Markdown's code marks, which autodoc takes for another markup."""
     app.connect("autodoc-process-docstring", as_restructured_text)
+    app.connect("autodoc-skip-member", not_ours)

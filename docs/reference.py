@@ -1,5 +1,6 @@
 """Pages that are written from the code: the API by layers, and the commands."""
 
+import inspect
 import pkgutil
 import re
 from importlib import import_module
@@ -71,6 +72,15 @@ def _write(path: Path, lines: list[str]) -> None:
     text = "\n".join(lines)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
+
+
+def not_ours(app, what, name, obj, skip, options) -> bool | None:
+    """Leave out functions and classes that a module only imports from another package."""
+    callable_ = inspect.isroutine(obj) or inspect.isclass(obj)
+    module = getattr(obj, "__module__", None) or ""
+    return (
+        True if callable_ and what == "module" and not module.startswith("muscle_bayes") else None
+    )
 
 
 def as_restructured_text(app, what, name, obj, options, lines: list[str]) -> None:

@@ -9,8 +9,8 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.cli.progress import fit_progress
+from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.inference.fit import QUICK, fit
