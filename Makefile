@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock notebooks docs readme-figure package
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -88,6 +88,20 @@ protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 effect-table: $(READY) ## write the table of effects in docs/model.md anew
 	@$(BIN)/python scripts/write_effect_table.py
 
+notebooks: $(READY) firmware-if-possible ## run all notebooks, write them with their figures into docs/notebooks
+	@$(BIN)/python scripts/notebooks.py --out docs/notebooks
+
+docs: $(READY) ## build these pages as a site in build/docs, with what `make notebooks` has run
+	@$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	@echo "open build/docs/index.html"
+
+MUSCLE ?= docs/notebooks/kept/muscle.nc
+readme-figure: $(READY) ## draw the README's figure anew (MUSCLE=posterior of the staircases)
+	@$(BIN)/python scripts/readme_figure.py $(MUSCLE)
+
+package: $(READY) ## build wheel and sdist into dist/
+	@$(BIN)/python -m hatchling build
+
 BENCH := .venv-bench
 BENCH_READY := $(BENCH)/.ready
 $(BENCH_READY): requirements.lock benchmarks/requirements.lock pyproject.toml scripts/find-python
@@ -109,4 +123,4 @@ lock: ## pin every dependency again (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --extra test pyproject.toml --output-file requirements.lock
 
 clean: ## remove the environment and caches
-	rm -rf $(VENV) .venv-bench .cache firmware/build
+	rm -rf $(VENV) .venv-bench .cache build dist docs/api docs/notebooks docs/commands.md firmware/build

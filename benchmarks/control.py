@@ -4,7 +4,7 @@ import argparse
 import time
 from pathlib import Path
 
-from muscle_bayes.cli import _keep_compiled_code
+from muscle_bayes.compiled import keep_compiled_code
 
 LIMIT = 60.0
 """Seconds that this may take on two cores, after compilation."""
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--fixture", type=Path)
     parser.add_argument("--draws", type=int, default=1000)
     args = parser.parse_args()
-    _keep_compiled_code()
+    keep_compiled_code()
     from muscle_bayes.cli.control_options import load_joints
     from muscle_bayes.control.batch import Bank
     from muscle_bayes.control.gains import Gains

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from muscle_bayes.cli import _keep_compiled_code
 from muscle_bayes.cli.control_options import load_joints
+from muscle_bayes.compiled import keep_compiled_code
 
 DOCS = Path(__file__).parents[1] / "docs"
 RESAMPLES = 2000
@@ -223,7 +223,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=10)
     parser.add_argument("--out", type=Path, default=DOCS / "control-gains.md")
     args = parser.parse_args()
-    _keep_compiled_code()
+    keep_compiled_code()
     count = args.draws + args.kept
     draws, notes = load_joints(args.posterior, args.heater, args.fixture, None, count, 0)
     misled = None

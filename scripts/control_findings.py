@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from muscle_bayes.cli import _keep_compiled_code
 from muscle_bayes.cli.control_options import load_joints
+from muscle_bayes.compiled import keep_compiled_code
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -62,7 +62,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--out", type=Path, default=DOCS / "control-findings.md")
     args = parser.parse_args()
-    _keep_compiled_code()
+    keep_compiled_code()
     from muscle_bayes.control.batch import Bank
     from muscle_bayes.control.gains import read_gains
     from muscle_bayes.control.linear import operating_point, snapshot_gains

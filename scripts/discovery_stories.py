@@ -12,7 +12,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from muscle_bayes.cli import _keep_compiled_code
+from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
@@ -51,7 +51,7 @@ def tell(hidden: str, title: str, figure: Path) -> str:
 
 def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
-    _keep_compiled_code()
+    keep_compiled_code()
     parts = [
         "# The thesis' stories, told by discovery",
         "",

@@ -9,8 +9,8 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from muscle_bayes.cli import _keep_compiled_code
 from muscle_bayes.cli.progress import fit_progress
+from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.inference.fit import QUICK, fit
@@ -23,7 +23,7 @@ HIDDEN = "coil-contact"
 
 def main(folder: Path) -> None:
     """Write both posteriors; the fixture's is read from FOLDER/fixture-coulomb.nc."""
-    _keep_compiled_code()
+    keep_compiled_code()
     given = Posterior.load(folder / "fixture-coulomb.nc")
     with tempfile.TemporaryDirectory() as runs:
         for number, (name, (rig, protocol)) in enumerate(shipped_runs().items()):

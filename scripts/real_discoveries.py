@@ -6,7 +6,7 @@ python scripts/real_discoveries.py FOLDER [NAME...], with xl330-drop, emps and h
 import argparse
 from pathlib import Path
 
-from muscle_bayes.cli import _keep_compiled_code
+from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.discovery.result import Discovery
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*", default=list(PUBLISHED))
     args = parser.parse_args()
-    _keep_compiled_code()
+    keep_compiled_code()
     parts = [
         "# Discovery on measured rigs",
         "",

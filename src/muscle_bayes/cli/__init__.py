@@ -1,7 +1,5 @@
 """The command line. Each command is a module of its own; heavy imports wait inside the commands."""
 
-import os
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -21,6 +19,7 @@ from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
 from muscle_bayes.cli.trial import trial
 from muscle_bayes.cli.tune import tune
+from muscle_bayes.compiled import keep_compiled_code
 
 app = typer.Typer(
     name="muscle-bayes",
@@ -65,15 +64,7 @@ app.command("trial")(guarded(trial))
 app.command("study")(guarded(study))
 
 
-def _keep_compiled_code() -> None:
-    """Let JAX keep what it compiles between commands; the user's own settings come first."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "muscle-bayes"
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(cache))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
-
-
 def main() -> None:
     """Run the command line."""
-    _keep_compiled_code()
+    keep_compiled_code()
     app()

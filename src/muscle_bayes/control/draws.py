@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from html import escape
 from typing import Any
 
 import jax.numpy as jnp
@@ -16,6 +17,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.rig import with_parameters
+from muscle_bayes.markup import html_table
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -24,7 +26,7 @@ HEATER = ("gain", "cooling", "lag")
 """Names of a heater's numbers among a joint's values, as `heater.NAME`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class JointDraws:
     """Draws of everything that is unknown about a joint.
 
@@ -39,6 +41,17 @@ class JointDraws:
 
     def __len__(self) -> int:
         return len(self.values["J"])
+
+    def __repr__(self) -> str:
+        return f"JointDraws({len(self)} joints, {self.friction} friction, effects {self.effects})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, *(f"{q:.4g}" for q in np.quantile(value, (0.5, 0.05, 0.95))))
+            for name, value in self.values.items()
+        ]
+        table = html_table(("quantity", "median", "5 %", "95 %"), rows)
+        return f"<p>{escape(repr(self))}</p>{table}"
 
     def take(self, index: Any) -> "JointDraws":
         """These draws only."""

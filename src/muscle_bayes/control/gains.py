@@ -11,6 +11,7 @@ from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.tables import _as_tuple
 from muscle_bayes.data.validation import explain
 from muscle_bayes.data.writer import toml_keys
+from muscle_bayes.markup import html_table
 
 LawName = Literal["pi", "pi-antiwindup", "pi-feedforward", "cascade"]
 Numbers = Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
@@ -67,6 +68,18 @@ class Gains(Table):
     def period(self) -> float:
         """Control period [s]."""
         return self.period_ms / 1000.0
+
+    def _repr_html_(self) -> str:
+        output = "K" if self.law == "cascade" else "duty"
+        rows = [
+            ("proportional", f"{self.proportional:.5g}", f"{output} / rad"),
+            ("integral", f"{self.integral:.5g}", f"{output} / (rad s)"),
+            ("bias", f"{self.bias:.3g}", output),
+            ("period", f"{self.period_ms}", "ms"),
+        ]
+        if self.feedforward is not None:
+            rows.append(("feedforward", f"{len(self.feedforward.angle)} entries", output))
+        return f"<p><b>Gains</b> of {self.law}</p>{html_table(('gain', 'value', 'unit'), rows)}"
 
 
 def read_gains(path: Path) -> Gains:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Final
 
 import numpy as np
@@ -54,7 +55,7 @@ class HeaterPosterior:
         return pd.DataFrame(rows).T
 
     def _repr_html_(self) -> str:
-        return f"<p><b>Heater</b>, {self.source}</p>{self.summary()._repr_html_()}"  # type: ignore[operator]
+        return f"<p><b>Heater</b>, {escape(self.source)}</p>{self.summary()._repr_html_()}"  # type: ignore[operator]
 
 
 def assumed_heater(seed: int = 0) -> HeaterPosterior:

@@ -1,7 +1,8 @@
 """Robustness of gains: every scenario for every draw, summed up with intervals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Final
 
 import numpy as np
@@ -15,6 +16,7 @@ from muscle_bayes.control.laws.build import build_law
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.scenarios import LONG, setpoint_sine
 from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.markup import html_table
 
 INTERVAL: Final = (0.05, 0.5, 0.95)
 SHARES: Final = ("unstable", "unsafe")
@@ -103,11 +105,31 @@ class Robustness:
         }
 
     def _repr_html_(self) -> str:
-        told = "".join(f"<br>{note}" for note in self.notes)
+        told = "".join(f"<br>{escape(note)}" for note in self.notes)
+        header = ("scenario", "cost", "95 % CVaR", "RMS error [deg]", "peak [°C]", *SHARES)
+        rows = [_row(name, metrics) for name, metrics in self.summary().items()]
         return (
-            f"<p><b>Robustness</b> of {self.gains.law} over {self.draws} draws{told}</p>"
-            f"{self.table()._repr_html_()}"  # type: ignore[operator]
+            f"<p><b>Robustness</b> of {self.gains.law} over {self.draws} simulated draws: medians, "
+            f"90 % intervals, probabilities{told}</p>{html_table(header, rows)}"
         )
+
+
+def _row(name: str, metrics: dict[str, Any]) -> tuple[str, ...]:
+    """A scenario's line in a notebook; a dash where no draw has the metric."""
+    cost, error = metrics["cost"], metrics.get("tracking_error")
+    peak = metrics.get("peak_temperature")
+    return (
+        name,
+        f"{cost['median']:.3f}" if "median" in cost else "-",
+        f"{cost['cvar95']:.3f}",
+        "-" if error is None else _range({k: np.degrees(error[k]) for k in ("q05", "q95")}, ".2f"),
+        "-" if peak is None else _range(peak, ".0f"),
+        *(f"{metrics[share]['probability']:.0%}" for share in SHARES),
+    )
+
+
+def _range(metric: Mapping[str, Any], form: str) -> str:
+    return f"{metric['q05']:{form}} to {metric['q95']:{form}}"
 
 
 @double_precision
@@ -145,6 +167,21 @@ class RunawayCurve:
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {key: getattr(self, key).tolist() for key in self.__dataclass_fields__}
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (
+                f"{f:.3g}",
+                f"{error[1]:.2f} ({error[0]:.2f} to {error[2]:.2f})",
+                f"{u:.0%}",
+                f"{h:.0%}",
+            )
+            for f, error, u, h in zip(
+                self.frequency, self.error, self.unstable, self.unsafe, strict=True
+            )
+        ]
+        header = ("frequency [Hz]", "RMS error / RMS setpoint, 90 %", *SHARES)
+        return f"<p><b>Runaway</b></p>{html_table(header, rows)}"
 
 
 @double_precision

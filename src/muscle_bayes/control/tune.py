@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from typing import Any, Final
 
 import numpy as np
@@ -74,7 +75,11 @@ class Tuning:
     """of the criterion on the draws tuned on"""
     criterion: str
     evaluations: int
-    history: list[float] = field(default_factory=list)
+    history: list[float] = field(default_factory=list, repr=False)
+
+    def _repr_html_(self) -> str:
+        told = f"{self.criterion} {self.value:.4g}, {self.evaluations} evaluations"
+        return f"<p><b>Tuning</b>: {escape(told)}</p>{self.gains._repr_html_()}"
 
 
 class _Objective:

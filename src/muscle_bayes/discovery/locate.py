@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Nested
+from muscle_bayes.markup import html_table
 
 TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
 """How long it lasts, s."""
@@ -53,7 +55,7 @@ class Located:
     """Of the excess of all runs."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MisfitMap:
     """All that was located, most significant first."""
 
@@ -68,6 +70,26 @@ class MisfitMap:
     @property
     def significant(self) -> bool:
         return self.p_value < SIGNIFICANT
+
+    def __repr__(self) -> str:
+        found = f"{len(self.windows)} windows" if self.windows else "nothing"
+        return f"MisfitMap({found} located, p = {self.p_value:.2g})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (
+                one.run,
+                f"{one.start:.4g} to {one.end:.4g}",
+                one.where,
+                f"{one.rms:.3g} {one.unit}",
+                f"{one.p_value:.2g}",
+                f"{one.share:.0%}",
+            )
+            for one in self.windows
+        ]
+        header = ("run", "time [s]", "where", "RMS misfit", "p", "share of the excess")
+        table = html_table(header, rows) if rows else ""
+        return f"<p><b>Misfit map</b>: {escape(repr(self))}</p>{table}"
 
 
 def without_misfit(nested: Nested, fitted: Fitted) -> Fitted:

@@ -12,6 +12,7 @@ from muscle_bayes.discovery.locate import Located, MisfitMap
 from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming
 from muscle_bayes.discovery.signatures import Regression
 from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.markup import html_table
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,15 @@ class NextExperiment:
     """Expected log odds between the two likeliest [nat]."""
     sequence: str
     """TOML."""
+
+    def _repr_html_(self) -> str:
+        loads = ", ".join(f"{1000 * load:g} g" for load in self.loads)
+        told = (
+            f"{self.protocol} under {loads} would tell {' from '.join(self.separates)}: "
+            f"expected log odds {self.information:.1f} nat."
+        )
+        shown = f"<details><summary>sequence</summary><pre>{escape(self.sequence)}</pre></details>"
+        return f"<p><b>Next experiment</b>: {escape(told)}</p>{shown}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,12 +150,10 @@ class Discovery:
 
     def _repr_html_(self) -> str:
         order = sorted(self.probabilities.items(), key=lambda item: -item[1])[:6]
-        rows = "".join(f"<tr><td>{escape(k)}<td>{p:.1%}</tr>" for k, p in order)
-        return (
-            f"<p><b>Discovery</b>: {escape(_verdict(self.verdict))}. "
-            f"{escape(self.stopped_because)}</p>"
-            f"<table><tr><th>missing<th>probability</tr>{rows}</table>"
-        )
+        table = html_table(("missing", "probability"), [(name, f"{p:.1%}") for name, p in order])
+        told = f"{_verdict(self.verdict)}. {self.stopped_because}"
+        following = "" if self.next_experiment is None else self.next_experiment._repr_html_()
+        return f"<p><b>Discovery</b>: {escape(told)}</p>{table}{following}"
 
 
 def _verdict(verdict: str | tuple[str, ...]) -> str:

@@ -1,0 +1,96 @@
+# %% [markdown]
+# # Quick start: from log files to a posterior
+#
+# A weight hangs from a disc, a spring holds it, and somebody lets go. The rotor swings, slower and
+# slower, and at some point it *sticks*: dry friction holds it a little off its balance. From such
+# records we want the inertia *J* of the rotor and its friction *D*, with honest uncertainty.
+#
+# **The data are synthetic.** A simulator that shares no code with the inference wrote them, from the
+# values that the thesis printed. That is why we can ask in the end whether the answer is right.
+
+# %%
+# %matplotlib inline
+from pathlib import Path
+
+from muscle_bayes.compiled import keep_compiled_code
+
+keep_compiled_code()  # before JAX is imported: the next notebook need not compile all this again
+
+from muscle_bayes.criticism.coverage import check_run
+from muscle_bayes.data import read_runs
+from muscle_bayes.inference.fit import QUICK, fit
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.predictive import predict_runs
+from muscle_bayes.report.posterior_figures import posterior_figure
+from muscle_bayes.report.predictive_figures import predictive_figure
+from muscle_bayes.report.run_figure import run_figure
+from muscle_bayes.study.published import TABLE_1
+
+# %% tags=["parameters"]
+DATA = Path("../data")
+KEPT = Path("../reports/notebooks")
+EFFORT = QUICK
+
+# %% [markdown]
+# ## Read
+#
+# A run is a CSV and a TOML of the same name. Reading repairs what can be repaired by a stated rule,
+# and says so. A run knows where it comes from, and shows it:
+
+# %%
+runs = read_runs(sorted(DATA.glob("spring-*.csv")))
+runs[0]
+
+# %%
+run_figure(runs[0])
+
+# %% [markdown]
+# ## Fit
+#
+# One call. Which parameters are fitted follows from the runs: without a muscle these are *J* and
+# *D*. The potentiometer's zero, the first angle of each run and the noise are unknown too; they are
+# sampled along and left out of the table.
+#
+# What takes long is kept in a folder, and the notebooks after this one look there first.
+
+# %%
+kept = KEPT / "fixture.nc"
+if not kept.exists():
+    fit(runs, effort=EFFORT).save(kept)
+fixture = Posterior.load(kept)
+fixture
+
+# %% [markdown]
+# The first words matter most: *converged*, or not and why. If they say **NOT CONVERGED**, the chains
+# disagree with each other and the numbers are not to be used.
+#
+# ## Is it right?
+#
+# Grey is what we believed before, blue what the data made of it, the dashed line the value with
+# which the simulator ran.
+
+# %%
+posterior_figure(fixture, TABLE_1["coulomb"], "fixture")
+
+# %% [markdown]
+# Does the model do what the rotor did? Dots are readings, bands are predictions. Below is what is
+# left over: with a good model nothing but noise and the rounding to whole counts.
+
+# %%
+prediction = predict_runs(fixture, runs)[0]
+check = check_run(prediction)
+predictive_figure(prediction, check, runs[0].metadata.origin)
+
+# %%
+check
+
+# %% [markdown]
+# A share of about 90 % of the readings inside the 90 % band says that the uncertainty is stated as
+# it is: much less would be overconfident, much more too careful.
+#
+# ## Where next
+#
+# - *Bring your own rig* does the same for a log that did not come from our bench.
+# - *Fixture* asks which friction law it is, and what spring records cannot tell.
+# - *Muscle* heats one.
+# - On the command line this was `muscle-bayes fit data/spring-*.csv --out fixture.nc`.

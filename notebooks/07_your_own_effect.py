@@ -1,0 +1,143 @@
+# %% [markdown]
+# # Write your own effect
+#
+# The catalogue holds what others thought of. Your rig may do something else. An effect is one class
+# in one file; everything that the package does with its own effects (fitting, gating, predicting,
+# discovery) then works with yours.
+#
+# Our suspicion for this notebook: the axle carries magnets, and they *cog*. They pull the rotor
+# towards eight angles, a torque that repeats with the angle:
+#
+#     Q  ->  Q + a sin(8 q)
+#
+# **Synthetic data**, and whoever made them knew nothing of magnets. The right answer is "no, and if
+# so, less than this".
+
+# %%
+# %matplotlib inline
+import os
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+from matplotlib import pyplot as plt
+
+from muscle_bayes.compiled import keep_compiled_code
+
+keep_compiled_code()
+
+import jax.numpy as jnp
+
+from muscle_bayes.criticism.compare import compare
+from muscle_bayes.data import read_runs
+from muscle_bayes.inference.fit import QUICK, fit
+from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.physics.effect import PORTS, Signals
+from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.report.posterior_figures import posterior_figure
+
+# %% tags=["parameters"]
+DATA = Path("../data")
+KEPT = Path("../reports/notebooks")
+EFFORT = QUICK
+
+# %% [markdown]
+# ## A port
+#
+# An effect corrects one quantity of the plant on its way. These can be had:
+
+# %%
+for port, carries in PORTS.items():
+    print(f"{port:12} {carries}")
+
+# %% [markdown]
+# ## The file
+#
+# What the class has to say: its name, its port, whether it can only take energy away, and for each
+# parameter the unit, a prior and the value at which the effect is *exactly* absent. The last one
+# makes the model with it contain the model without it, so that the two can be compared fairly.
+
+# %%
+source = '''"""Magnets in the axle."""
+
+import jax.numpy as jnp
+import numpyro.distributions as dist
+
+from muscle_bayes.physics.effect import Effect, Parameter
+
+
+class Cogging(Effect):
+    """Q -> Q + a sin(8 q)
+
+    a: `amplitude` [N m]; q: angle [rad]. Source: our suspicion.
+    """
+
+    name = "cogging"
+    port = "torque"
+    dissipative = False
+    parameters = {
+        "amplitude": Parameter(
+            unit="N m",
+            off=0.0,
+            prior=lambda scales: dist.Normal(0.0, 0.1 * scales.force),
+            meaning="largest torque of the magnets",
+        )
+    }
+
+    amplitude: float
+
+    def __call__(self, value, signals):
+        return value + self.amplitude * jnp.sin(8.0 * signals.q)
+'''
+file = Path(mkdtemp()) / "cogging.py"
+file.write_text(source)
+os.environ["MUSCLE_BAYES_EFFECTS"] = str(file)
+cogging = effect_type("cogging")
+cogging
+
+# %% [markdown]
+# Look at it before using it. At `off` it does nothing, and for any other amplitude it does what its
+# equation says:
+
+# %%
+angles = jnp.linspace(-1.0, 1.0, 200)
+rest = Signals(*[jnp.zeros(())] * (len(Signals._fields) - 1), memory={})
+torque = np.array([float(cogging(0.01)(0.0, rest._replace(q=q))) for q in angles])
+assert cogging.off()(0.25, rest._replace(q=angles[7])) == 0.25
+
+figure, axis = plt.subplots(figsize=(6, 2.2), layout="constrained")
+axis.set(xlabel="angle [deg]", ylabel="torque [N m]", title="cogging of 0.01 N m")
+(line,) = axis.plot(np.degrees(angles), torque)
+# %% [markdown]
+# ## Fit with it
+#
+# By name, as any other.
+
+# %%
+runs = read_runs(sorted(DATA.glob("spring-*.csv")))
+if not (KEPT / "fixture.nc").exists():
+    fit(runs, effort=EFFORT).save(KEPT / "fixture.nc")
+plain = Posterior.load(KEPT / "fixture.nc")
+suspected = fit(runs, effects=["cogging"], effort=EFFORT)
+suspected
+
+# %%
+posterior_figure(suspected, {"cogging.amplitude": 0.0}, "fixture with cogging")
+
+# %%
+amplitude = suspected.tree["posterior"]["cogging.amplitude"].to_numpy()
+low, high = np.quantile(amplitude, [0.05, 0.95])
+print(f"cogging lies between {low:.2g} and {high:.2g} N m with 90 % probability")
+
+# %% [markdown]
+# ## Does it predict better?
+
+# %%
+compare(plain, suspected, ("without", "with cogging"))
+
+# %% [markdown]
+# "Neither", if all is well: an effect that is absent must not win. On the command line:
+#
+# ```sh
+# MUSCLE_BAYES_EFFECTS=cogging.py muscle-bayes fit data/spring-*.csv --effect cogging --out c.nc
+# ```

@@ -1,0 +1,21 @@
+"""Results of discovery as notebooks show them: all that was found, and nothing taken for markup."""
+
+from muscle_bayes.discovery.locate import Located, MisfitMap
+from muscle_bayes.discovery.result import NextExperiment
+
+WINDOW = Located("<run>", 10.0, 20.0, "sigma < 0 and T > 80 C", 1.5, "counts", 0.004, 0.8)
+
+
+def test_a_misfit_map_tells_its_windows():
+    shown = MisfitMap((WINDOW,), 0.004, 12.0, ())._repr_html_()
+    for words in ("1 windows located, p = 0.004", "&lt;run&gt;", "sigma &lt; 0", "10 to 20", "80%"):
+        assert words in shown
+    assert "<run>" not in shown
+    assert "nothing located" in MisfitMap((), 0.4, 0.0, ())._repr_html_()
+
+
+def test_a_next_experiment_tells_what_it_separates_and_how():
+    one = NextExperiment("staircase", (0.139,), ("slack", "thermal-lag"), 3.2, "load < 0.2 # kg")
+    shown = one._repr_html_()
+    for words in ("staircase under 139 g", "slack from thermal-lag", "3.2 nat", "load &lt; 0.2"):
+        assert words in shown

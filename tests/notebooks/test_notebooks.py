@@ -1,0 +1,85 @@
+"""Every cell of every notebook runs, with little computing; the notebooks themselves stay stories."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import jupytext
+import nbformat
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+NOTEBOOKS = sorted((PROJECT / "notebooks").glob("*.py"))
+CHEAP = ("01_quick_start", "09_bench")
+"""Run by `make test`: the others compile programs for minutes where no earlier run has kept them."""
+
+
+def executed(out: Path, *arguments: str) -> str:
+    """What the script says that runs them; fails where a cell does."""
+    command = [sys.executable, "scripts/notebooks.py", "--out", str(out), *arguments]
+    paths = os.pathsep.join([str(PROJECT / "src"), os.environ.get("PYTHONPATH", "")])
+    told = subprocess.run(
+        command,
+        cwd=PROJECT,
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+    )
+    assert told.returncode == 0, told.stdout + told.stderr
+    return told.stdout
+
+
+def with_firmware(named: list[Path]) -> list[str]:
+    """Those that can run here: the bench's needs the firmware."""
+    built = (PROJECT / "firmware" / "build" / "libbench_simavr.so").exists()
+    return [str(path) for path in named if built or "bench" not in path.stem]
+
+
+def check_reduced(out: Path, named: list[Path]) -> None:
+    """Run them with little computing and look at what they show."""
+    asked = with_firmware(named)
+    print(executed(out, "--reduced", *asked))
+    written = sorted(out.glob("*.ipynb"))
+    assert len(written) == len(asked)
+    for path in written:
+        cells = nbformat.read(path, as_version=4).cells
+        outputs = [output for cell in cells for output in cell.get("outputs", ())]
+        kinds = {kind for output in outputs for kind in output.get("data", ())}
+        assert "image/png" in kinds, f"{path.stem} shows no figure"
+        assert str(out) not in path.read_text(encoding="utf-8"), f"{path.stem} shows a path"
+
+
+def test_notebooks_that_compile_little_run_with_little_computing(tmp_path):
+    check_reduced(tmp_path, [path for path in NOTEBOOKS if path.stem in CHEAP])
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+def test_every_notebook_runs_with_little_computing(tmp_path):
+    check_reduced(tmp_path, NOTEBOOKS)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_every_notebook_runs_as_it_stands(tmp_path):
+    print(executed(tmp_path, *with_firmware(NOTEBOOKS)))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_tells_a_story_and_calls_the_library(path):
+    notebook = jupytext.read(path)
+    first = notebook.cells[0]
+    assert first.cell_type == "markdown"
+    assert first.source.startswith("# ")
+    prose = "".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    assert re.search(r"synthetic", prose, re.IGNORECASE), "does not say that its data are synthetic"
+    code = "\n".join(
+        cell.source.replace("%matplotlib", "#")
+        for cell in notebook.cells
+        if cell.cell_type == "code"
+    )
+    defined = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.FunctionDef)]
+    assert all(len(ast.unparse(one).splitlines()) <= 5 for one in defined)
