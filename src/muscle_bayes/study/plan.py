@@ -101,8 +101,10 @@ class Plan:
             out=Path(data["out"]),
             logs={name: Path(log) for name, log in data["logs"].items()},
             roles=Roles(
-                *(tuple(data["roles"][key]) for key in ("fixture", "muscle", "held_out")),
-                data["roles"]["until"],
+                fixture=tuple(data["roles"]["fixture"]),
+                muscle=tuple(data["roles"]["muscle"]),
+                held_out=tuple(data["roles"]["held_out"]),
+                until=data["roles"]["until"],
             ),
             preset=data["preset"],
             config=StudyConfig.model_validate_json(json.dumps(data["config"])),

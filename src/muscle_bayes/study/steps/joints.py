@@ -17,9 +17,10 @@ def mirrored(run: Run) -> Design:
     fixture, muscle = run.metadata.fixture, run.metadata.element_a
     sides = {f"{key}_b": getattr(fixture, f"{key}_a") for key in _MIRRORED}
     told = {"fixture": fixture.model_copy(update=sides), "element_a": muscle, "element_b": muscle}
-    if run.metadata.potentiometer is not None:
-        told["potentiometer"] = run.metadata.potentiometer
-    return Design(**told)
+    design = Design().model_copy(update=told)
+    if run.metadata.potentiometer is None:
+        return design
+    return design.model_copy(update={"potentiometer": run.metadata.potentiometer})
 
 
 def heater_of(plan: Plan, seed: int) -> HeaterPosterior:

@@ -1,6 +1,7 @@
 """HTML and PDF from results: text and layout in `study/document`, numbers and statements from here."""
 
 from pathlib import Path
+from typing import Literal
 
 from muscle_bayes.json_file import write_json, write_whole
 from muscle_bayes.study.contents import contents
@@ -8,6 +9,9 @@ from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.results import Results
 from muscle_bayes.study.stages import DOCUMENT, all_stages
 from muscle_bayes.study.worker import Report
+
+Kind = Literal["html", "pdf"]
+KINDS: tuple[Kind, ...] = ("html", "pdf")
 
 
 def make(plan: Plan, name: str, report: Report) -> None:
@@ -18,17 +22,17 @@ def make(plan: Plan, name: str, report: Report) -> None:
     write_json(plan.out / "summary.json", results.summary())
     write_json(plan.result(name), contents(results, left_out))
     report("typesetting", 1, 2)
-    for kind in ("html", "pdf"):
+    for kind in KINDS:
         write_whole(plan.out / f"report.{kind}", typeset(plan.result(name), plan.out, kind))
 
 
-def typeset(content: Path, out: Path, kind: str) -> bytes:
+def typeset(content: Path, out: Path, kind: Kind) -> bytes:
     """The report as `html` or `pdf`. The same content gives the same bytes, whatever the day."""
     import typst
 
     made = typst.compile(
-        str(DOCUMENT / "report.typ"),
-        root=content.resolve().anchor,
+        DOCUMENT / "report.typ",
+        root=Path(content.resolve().anchor),
         format=kind,
         ignore_system_fonts=True,
         sys_inputs={
