@@ -93,6 +93,7 @@ def _plan(
         device=device.value,
         started_as=shlex.join(again),
         calibrations=available(
-            [out / "calibration", out, *(beside / one for one in told.evidence)]
+            [out / "calibration", out, *(beside / one for one in told.evidence)],
+            out / "results",
         ),
     )
