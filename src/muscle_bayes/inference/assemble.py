@@ -78,7 +78,7 @@ def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: in
     rhat, ess = az.rhat(sampled), az.ess(sampled)
     for name in sampled.data_vars:
         if float(rhat[name].max()) > MAX_RHAT:
-            found.append(f"R-hat of {name} is {float(rhat[name].max()):.3f}, over {MAX_RHAT}")
+            found.append(f"R-hat of {name} is {float(rhat[name].max()):.4f}, over {MAX_RHAT}")
         if float(ess[name].min()) < min_ess:
             found.append(f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {min_ess}")
     return found
