@@ -62,7 +62,7 @@ class Draws(NamedTuple):
 def agree(draws: Draws, effort: Effort) -> bool:
     """Whether rank-normalised R-hat and bulk ESS of every entry of the vector are good enough.
 
-    Both are the same for an entry and for the sampled quantity that it stands for.
+    Bulk ESS is the same for an entry and for the sampled quantity that it stands for, R-hat nearly.
     """
     values = az.convert_to_datatree({"v": draws.vector}).posterior
     rhat, ess = az.rhat(values)["v"], az.ess(values)["v"]

@@ -35,15 +35,21 @@ class Size:
     kept: int
     """draws that gains are judged on"""
     effort: Effort
-    scenarios: int
-    """of the thesis' nine that gains are tuned for, the first so many"""
+    scenarios: tuple[str, ...] | None
+    """of the thesis' nine that gains are tuned for; None: all"""
     swept: int
     """gains of the risk curve"""
 
 
 SIZES: Final = {
-    "quick": Size(16, 48, Effort(starts=8, scout_draws=8, refined=1, steps=4), 3, 5),
-    "full": Size(48, 256, Effort(starts=32, refined=1, steps=10), 9, 9),
+    "quick": Size(
+        16,
+        48,
+        Effort(starts=8, scout_draws=8, refined=1, steps=4),
+        ("step", "load-step", "setpoint-sine-0.1592"),
+        5,
+    ),
+    "full": Size(48, 256, Effort(starts=32, refined=1, steps=10), None, 9),
 }
 SPREAD: Final = 8.0
 """The risk curve reaches from gains this much smaller to gains this much larger."""
@@ -62,9 +68,10 @@ def make(plan: Plan, name: str, report: Report) -> None:
     judged = {key: robustness(bank, one, scenarios, notes=notes) for key, one in gains.items()}
     nominal = {key: robustness(middle, one, scenarios) for key, one in gains.items()}
     report("risk", 0, 1)
-    curve = _risk(bank, gains["robust"], scenarios[: size.scenarios], size.swept)
+    aims = _tuned_for(size, gains["robust"].period)
+    curve = _risk(bank, gains["robust"], aims, size.swept)
     runaway = runaway_curve(bank, gains["robust"])
-    head = f"95 % CVaR over {size.tuned_on} draws, first {size.scenarios} scenarios of the thesis"
+    head = f"95 % CVaR over {size.tuned_on} draws, for {', '.join(one.name for one in aims)}"
     head += "\n" + "\n".join(notes)
     write_whole(plan.out / "gains.toml", gains_toml(gains["robust"], head).encode())
     header = gains_header(gains["robust"], joints.design, head)
@@ -85,7 +92,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
             "notes": notes,
             "tuned_on": size.tuned_on,
             "kept_apart": size.kept,
-            "scenarios_tuned_for": [one.name for one in scenarios[: size.scenarios]],
+            "scenarios_tuned_for": [one.name for one in aims],
             "gains": {key: one.model_dump(exclude_none=True) for key, one in gains.items()},
             "rows": _rows(judged, nominal),
             "robust": judged["robust"].as_dict(),
@@ -96,10 +103,16 @@ def make(plan: Plan, name: str, report: Report) -> None:
     )
 
 
+def _tuned_for(size: Size, period: float) -> list[Scenario]:
+    """The scenarios that gains are tuned for."""
+    every = thesis_scenarios(period)
+    return [one for one in every if size.scenarios is None or one.name in size.scenarios]
+
+
 def _tuned(draws: JointDraws, size: Size, seed: int, report: Report) -> dict[str, Gains]:
     """PI with anti-windup for all draws and for their mean, and PI as the thesis tuned it."""
     blank = Gains(law="pi-antiwindup", proportional=1.0, integral=1.0)
-    scenarios = thesis_scenarios(blank.period)[: size.scenarios]
+    scenarios = _tuned_for(size, blank.period)
 
     def one(on: JointDraws, criterion: Criterion) -> Gains:
         bank = Bank(on, Clock(blank.period), seed)
