@@ -95,15 +95,21 @@ class Board:
             sent.add(self._send(verb, *arguments))
             retry = min(self._clock.now() + _RETRY, end)
             while self._clock.now() < retry:
+                answers = []
                 for message in self._receive():
-                    if isinstance(message, Reply) and message.sequence in sent:
-                        return read_answer(verb, message)
-                    if isinstance(message, Error) and message.sequence in sent:
-                        raise BoardError(f"{self.name}: {verb}: {ERRORS[message.code]}.")
-                    self._unread.append(message)
+                    ours = isinstance(message, Reply | Error) and message.sequence in sent
+                    (answers if ours else self._unread).append(message)
+                if answers:  # all that came with it is kept
+                    return self._value_of(verb, answers[0])
                 self._clock.sleep(_POLL)
             if self._clock.now() >= end:
                 raise self._no_answer(verb, timeout)
+
+    def _value_of(self, verb: str, answer: Message) -> tuple[int | str | None, ...]:
+        if isinstance(answer, Error):
+            raise BoardError(f"{self.name}: {verb}: {ERRORS[answer.code]}.")
+        assert isinstance(answer, Reply)
+        return read_answer(verb, answer)
 
     def command_duty(
         self, first: int, second: int, first_t: float | None, second_t: float | None
