@@ -8,8 +8,9 @@ import jax.numpy as jnp
 from muscle_bayes.conventions import Friction
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.chain import Chain, Link, Search, chain
+from muscle_bayes.discovery.chain import Chain, Link, chain
 from muscle_bayes.discovery.estimates import estimates, noise_floor, undetermined
+from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
 from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained
@@ -25,6 +26,7 @@ from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
+from muscle_bayes.inference.secants import polished
 from muscle_bayes.inference.starts import SETTLING_SHARE
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
@@ -67,13 +69,12 @@ def discover(
     whole, point = nest(start, names)
     held = tuple(hold_out)
     search = Search(whole, whole, held, seed, report).over(whole)
-    named = chain(search, descend(search.train, tuple(effects), point), names)
-    located = locate(search.train, named.base, seed)
-    left = located if not named.links else locate(search.train, named.last, seed)
-    unknown = None
-    if left.significant:
-        unknown = search_functions(start, search, named)
-    return _result(search, named, located, left, unknown)
+    base = Explanation(search, descend(search.train, tuple(effects), point))
+    named = chain(base, names)
+    located = _located(named.base)
+    left = located if not named.links else _located(named.last)
+    unknown = search_functions(start, named) if left.significant else None
+    return _result(named, located, left, unknown)
 
 
 def _begin_compiling(
@@ -100,31 +101,26 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
         raise MuscleBayesError("every run is held out; leave at least one to fit")
 
 
+def _located(one: Explanation) -> MisfitMap:
+    return locate(one.search.train, one.fitted, one.search.seed)
+
+
 def _result(
-    search: Search,
-    named: Chain,
-    located: MisfitMap,
-    left: MisfitMap,
-    unknown: Unknown | None,
+    named: Chain, located: MisfitMap, left: MisfitMap, unknown: Unknown | None
 ) -> Discovery:
-    last, links, stopped = named.last, named.links, named.stopped
+    last, links, stopped, search = named.last, named.links, named.stopped, named.base.search
     odds = unexplained(left.p_value) if unknown is None else unknown.odds(last)
     function = None if unknown is None else unknown.beside
     if unknown is not None and unknown.replaces(last):
         links, function = (), unknown.instead
     if function is not None:
         stopped = "what is left is described by a function that nobody has named"
-    nominal_ = _judged(search, named.base, located)
+    nominal_ = _judged(named.base, located)
     steps, before = [], nominal_
-    for link in links:
-        misfit = left if link.after is last else locate(search.train, link.after, search.seed)
-        after = _judged(search, link.after, misfit)
-        steps.append(_step(search, link, before, after))
+    for link in (*links, *([] if function is None else [function])):
+        after = _judged(link.after, left if link.after is last else _located(link.after))
+        steps.append(_step(link, before, after))
         before = after
-    if unknown is not None and function is not None:
-        misfit = locate(unknown.search.train, function.after, search.seed)
-        after = _judged(unknown.search, function.after, misfit)
-        steps.append(_step(unknown.search, function, before, after))
     return Discovery(
         verdict=_verdict(steps, left),
         probabilities=named.naming.with_unknown(odds),
@@ -135,17 +131,17 @@ def _result(
         steps=tuple(steps),
         held_out=search.held,
         floor=noise_floor(search.whole),
-        next_experiment=_next(search, links),
+        next_experiment=_next(links),
         stopped_because=stopped,
         seed=search.seed,
     )
 
 
-def _next(search: Search, links: Sequence[Link]) -> NextExperiment | None:
+def _next(links: Sequence[Link]) -> NextExperiment | None:
     """What would separate the first tie."""
     for link in links:
         if link.rival is not None:
-            return propose(search.whole, link.after, link.rival)
+            return propose(link.rival.search.whole, link.after.fitted, link.rival.fitted)
     return None
 
 
@@ -156,18 +152,21 @@ def _verdict(steps: Sequence[Step], left: MisfitMap) -> str | tuple[str, ...]:
     return added[0] if len(added) == 1 else added
 
 
-def _judged(search: Search, fitted: Fitted, misfit: MisfitMap) -> Judged:
-    found = {one.run: one for one in predictions(search.whole, fitted, search.seed)}
+def _judged(one: Explanation, misfit: MisfitMap) -> Judged:
+    search = one.search
+    fitted = polished(search.train, one.fitted)
+    found = {each.run: each for each in predictions(search.whole, fitted, search.seed)}
     for name in search.held:
         run = next(run for run in search.whole.problem.runs if run.name == name)
         found[name] = found[name]._replace(ahead_from=SETTLING_SHARE * run.duration)
-    checks = {name: check_run(one) for name, one in found.items()}
-    return Judged(fitted.effects, found, checks, misfit)
+    checks = {name: check_run(each) for name, each in found.items()}
+    return Judged(one.fitted.effects, found, checks, misfit)
 
 
-def _step(search: Search, link: Link, before: Judged, after: Judged) -> Step:
+def _step(link: Link, before: Judged, after: Judged) -> Step:
     unnamed = link.effect.startswith(f"{PREFIX}-")
     signals = (function_type(link.effect).signal,) if unnamed else ()
+    search = link.after.search
     return Step(
         added=UNKNOWN if unnamed else link.effect,
         effect=link.effect,
@@ -175,9 +174,9 @@ def _step(search: Search, link: Link, before: Judged, after: Judged) -> Step:
         signals=signals,
         probability=link.naming.probabilities[link.effect],
         tie=link.naming.tie,
-        parameters=estimates(search.train, link.after, link.effect, search.seed),
+        parameters=estimates(search.train, link.after.fitted, link.effect, search.seed),
         gate=link.gate,
         before=before,
         after=after,
-        weakened=undetermined(search.train, link.before, link.after),
+        weakened=undetermined(search.train, link.before.fitted, link.after.fitted),
     )

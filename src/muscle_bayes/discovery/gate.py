@@ -1,12 +1,14 @@
 """Whether an effect predicts readings better that the fit has not seen."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.holding import without_blocks
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
@@ -60,31 +62,39 @@ def _gate(difference: np.ndarray, blocks: np.ndarray, by: str) -> Gate:
 
 
 def gate_by_runs(
-    whole: Nested,
-    before: Fitted,
-    after: Fitted,
+    before: Explanation,
+    after: Explanation,
     blocks: Float[np.ndarray, " error"],
-    held: Collection[str],
-    lines: Sequence,
+    lines: Sequence[Trace],
 ) -> Gate:
-    """By runs that were held out; `before` and `after` have seen only their starts."""
+    """By runs that were held out, of which `before` and `after` have seen only the start.
+
+    The log predictive density of a run given the others is the log evidence of all less that of the
+    others (Laplace): what is not known of the run's own start is integrated out.
+    """
     chosen = np.full(blocks.size, -1)
     for line in lines:
-        if line.run in held:
+        if line.run in before.search.held:
             chosen[line.place] = blocks[line.place]
-    return _gate(_densities(whole, after) - _densities(whole, before), chosen, "runs")
+    gain, difference = 0.0, np.zeros(blocks.size)
+    for one, sign in ((after, 1.0), (before, -1.0)):
+        seen = descend(one.search.whole, one.fitted.effects, one.fitted.point)
+        gain += sign * (seen.log_evidence - one.fitted.log_evidence)
+        difference += sign * seen.log_densities
+    return replace(_gate(difference, chosen, "runs"), gain=gain)
 
 
 def gate_by_blocks(
-    nested: Nested, before: Fitted, after: Fitted, blocks: Float[np.ndarray, " error"]
+    before: Explanation, after: Explanation, blocks: Float[np.ndarray, " error"]
 ) -> Gate:
     """By every run's blocks, a quarter of them left out in turn and predicted from the rest."""
     difference = np.zeros(blocks.size)
     for fold in range(FOLDS):
         hidden = [b for b in np.unique(blocks) if b >= 0 and b % FOLDS == fold]
-        part = without_blocks(nested, blocks, hidden)
         mine = np.isin(blocks, hidden)
-        for fitted, sign in ((after, 1.0), (before, -1.0)):
-            trained = descend(part, fitted.effects, fitted.point, STEPS)
+        for one, sign in ((after, 1.0), (before, -1.0)):
+            nested = one.search.train
+            part = without_blocks(nested, blocks, hidden)
+            trained = descend(part, one.fitted.effects, one.fitted.point, STEPS)
             difference[mine] += sign * _densities(nested, trained)[mine]
     return _gate(difference, blocks, "blocks")

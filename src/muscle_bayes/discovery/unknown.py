@@ -2,59 +2,66 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from muscle_bayes.discovery import functions
-from muscle_bayes.discovery.chain import Chain, Link, Search, judge
+from muscle_bayes.discovery.chain import Chain, Link, judge
 from muscle_bayes.discovery.conditions import traces
+from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, blocks_of, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
 from muscle_bayes.discovery.search import fit_candidates, screen
-from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.descent import descend
 
 
 @dataclass(frozen=True)
 class Unknown:
     """What functions explain that named effects do not; None where they are not worth having."""
 
-    search: Search
-    """In the model that has functions."""
     beside: Link | None
     """The best function beside the named effects."""
     instead: Link | None
     """The best function without any of them."""
 
-    def replaces(self, last: Fitted) -> bool:
+    def replaces(self, last: Explanation) -> bool:
         """Whether a function alone is likelier than named effects, helped or not."""
         best = last if self.beside is None else self.beside.after
         if self.instead is None:
             return False
-        lead = self.instead.after.log_evidence - best.log_evidence
+        lead = self.instead.after.fitted.log_evidence - best.fitted.log_evidence
         return lead > math.log((1.0 - PRIOR_UNKNOWN) / PRIOR_UNKNOWN)
 
-    def odds(self, last: Fitted) -> float:
+    def odds(self, last: Explanation) -> float:
         """Evidence of a function alone against that of the named effects, at least even."""
         if self.instead is None:
             return 1.0
-        lead = self.instead.after.log_evidence - last.log_evidence
+        lead = self.instead.after.fitted.log_evidence - last.fitted.log_evidence
         return float(np.exp(np.clip(lead, 0.0, 700.0)))
 
 
-def search_functions(start: Nominal, search: Search, named: Chain) -> Unknown:
+def search_functions(start: Nominal, named: Chain) -> Unknown:
     """Functions on every port, beside the named effects and instead of them."""
+    search = named.base.search
     ports = functions.ports(search.whole)
-    whole, _ = nest(start, (*(link.effect for link in named.links), *ports))
-    other = search.over(whole)
-    names = functions.candidates(traces(search.train, named.last), ports)
-    beside = _function(other, named.last, names)
-    return Unknown(other, beside, _function(other, named.base, names) if named.links else beside)
+    effects = tuple(link.effect for link in named.links)
+    names = functions.candidates(traces(search.train, named.last.fitted), ports)
+
+    def found(beside: Explanation) -> Link | None:
+        lanes = beside.search.whole.data.lanes
+        problem = replace(start.problem, data=start.problem.data._replace(lanes=lanes))
+        whole, _ = nest(start._replace(problem=problem), (*effects, *ports))
+        return _function(replace(beside, search=search.over(whole)), names)
+
+    beside = found(named.last)
+    return Unknown(beside, found(named.base) if named.links else beside)
 
 
-def _function(search: Search, before: Fitted, names: Sequence[str]) -> Link | None:
+def _function(before: Explanation, names: Sequence[str]) -> Link | None:
     """The best function beside `before`, if it is claimed and predicts unseen readings better."""
-    here = descend(search.train, before.effects, before.point)
+    search = before.search
+    here = descend(search.train, before.fitted.effects, before.fitted.point)
     screened = screen(search.train, here, names, search.seed)
     found = fit_candidates(search.train, here, screened, search.report)
     if not found:
@@ -63,6 +70,7 @@ def _function(search: Search, before: Fitted, names: Sequence[str]) -> Link | No
     naming = weigh(here, found, blocks_of(lines, here.errors.size), search.seed)
     if not naming.claims:
         return None
-    gate = judge(search, here, found[naming.best])
-    link = Link(naming.best, naming, here, found[naming.best], gate, None)
-    return link if gate.passed else None
+    before = Explanation(search, here)
+    after = Explanation(search, found[naming.best]).settled()
+    link = Link(naming.best, naming, before, after, judge(before, after), None)
+    return link if link.gate.passed else None

@@ -44,6 +44,8 @@ class LaneFit(NamedTuple):
     """Log density of each observed mean reading given the earlier ones; 0 where none."""
     errors: Float[Array, " interval"]
     """Standardised one-step-ahead errors, what a free start explains taken out; 0 where none."""
+    log_scale: Float[Array, " interval"]
+    """Log of the standard deviation by which they are standardised; 0 where none."""
     finite: Bool[Array, ""]
 
 
@@ -79,7 +81,7 @@ def _explain(
         share = seen / jnp.maximum(seen.sum(), 1.0)
         log_density = log_density + 0.5 * explained * z - volume * share
         z = z - explained
-    return LaneFit(log_density, z, prediction.finite > 0.5)
+    return LaneFit(log_density, z, log_scale, prediction.finite > 0.5)
 
 
 def _explain_all(
@@ -93,6 +95,7 @@ def _explain_all(
     return LaneFit(
         jnp.concatenate([first.log_density, second.log_density]),
         jnp.concatenate([first.errors, second.errors]),
+        jnp.concatenate([first.log_scale, second.log_scale]),
         first.finite,
     )
 
@@ -190,7 +193,11 @@ def potential_given(
 def potential_and_errors(
     vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> tuple[Float[Array, ""], Float[Array, " errors"]]:
-    """`potential`, and every standardised error: their Jacobian gives the Fisher information."""
+    """`potential`, and every standardised error e and the log of its scale s.
+
+    Their Jacobian j gives the Fisher information j'j = (de)'(de) + (d ln s)'(d ln s) in expectation.
+    Errors alone would tell half of what is known of noise parameters, and steps be twice too long.
+    """
     fits = lane_fits(constrain(vector, layout, data), layout, data)
-    errors = jnp.concatenate([fit.errors.ravel() for fit in fits])
-    return -(log_prior(vector, layout, data) + _total(fits)), errors
+    parts = [part.ravel() for fit in fits for part in (fit.errors, fit.log_scale)]
+    return -(log_prior(vector, layout, data) + _total(fits)), jnp.concatenate(parts)

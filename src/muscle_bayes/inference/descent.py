@@ -16,7 +16,7 @@ from muscle_bayes.inference.nested_programs import Explained, Slope, explained_a
 MAX_STEPS = 40
 LONGEST_MOVE = 2.0
 """Longest step of any entry, in units of the unconstrained vector."""
-LEAST_GAIN = 0.01
+LEAST_GAIN = 0.1
 """Decrease of the potential below which a descent ends: far less than any comparison's uncertainty."""
 LEAST_PRECISION = 1e-4
 """Least prior precision of a direction, for flat or concave priors."""
@@ -75,9 +75,24 @@ class Fitted:
 
 
 def _information(slope: Slope) -> Float[np.ndarray, "n n"]:
+    """Fisher information plus the prior's precision.
+
+    Of normal errors e = r / s: (de)(de)' + (d ln s)(d ln s)'. Errors alone would tell half of what is
+    known of noise parameters, whose steps would then be twice too long.
+    """
     size = slope.prior.size
-    flat = np.concatenate([np.asarray(part).reshape(size, -1) for part in slope.errors], axis=1)
+    parts = [np.asarray(part).reshape(size, -1) for part in (*slope.errors, *slope.scales)]
+    flat = np.concatenate(parts, axis=1)
     return flat @ flat.T + np.diag(np.maximum(np.asarray(slope.prior), LEAST_PRECISION))
+
+
+def damped_move(
+    information: Float[np.ndarray, "n n"], gradient: Float[np.ndarray, " n"], damping: float
+) -> Float[np.ndarray, " n"]:
+    """A step of Levenberg and Marquardt, no longer than LONGEST_MOVE in any entry."""
+    damped = information + damping * np.diag(np.diag(information))
+    move = -np.linalg.solve(damped, gradient)
+    return move * min(1.0, LONGEST_MOVE / max(np.abs(move).max(), 1e-300))
 
 
 def descend(
@@ -101,18 +116,18 @@ def descend(
     point, damping = np.asarray(start, float), 1e-2
     value, found = judge(point)
     slope = slope_at(jnp.asarray(point), choice, layout, data)
+    information = _information(slope)
     for _ in range(limit):
-        information = _information(slope)[np.ix_(free, free)]
-        damped = information + damping * np.diag(np.diag(information))
         move = np.zeros(point.size)
-        move[free] = -np.linalg.solve(damped, np.asarray(slope.gradient)[free])
-        move *= min(1.0, LONGEST_MOVE / max(np.abs(move).max(), 1e-300))
+        gradient = np.asarray(slope.gradient)[free]
+        move[free] = damped_move(information[np.ix_(free, free)], gradient, damping)
         trial, trial_found = judge(point + move)
         if trial < value:
             gain = value - trial
             point, value, found = point + move, trial, trial_found
             damping = max(0.2 * damping, 1e-9)
             slope = slope_at(jnp.asarray(point), choice, layout, data)
+            information = _information(slope)
             if gain < LEAST_GAIN:
                 break
         else:

@@ -139,6 +139,8 @@ class Slope(NamedTuple):
     """Of the potential."""
     errors: list[Float[Array, "n lane interval"]]
     """Of every standardised one-step-ahead error."""
+    scales: list[Float[Array, "n lane interval"]]
+    """Of the log of every error's standard deviation."""
     prior: Float[Array, " n"]
     """Diagonal of the prior's precision."""
 
@@ -147,17 +149,18 @@ class Slope(NamedTuple):
 def slope_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Slope:
     """Derivatives of the potential and of the errors at a point, by forward mode."""
 
-    def judged(point: Array) -> tuple[Array, list[Array]]:
+    def judged(point: Array) -> tuple[Array, list[Array], list[Array]]:
         found = _explained(point, choice, layout, data)
-        return found.potential, [fit.errors for fit in found.fits]
+        errors = [fit.errors for fit in found.fits]
+        return found.potential, errors, [fit.log_scale for fit in found.fits]
 
-    def along(direction: Array) -> tuple[Array, list[Array]]:
+    def along(direction: Array) -> tuple[Array, list[Array], list[Array]]:
         return jax.jvp(judged, (point,), (direction,))[1]
 
-    gradient, errors = jax.vmap(along)(jnp.eye(point.size))
+    gradient, errors, scales = jax.vmap(along)(jnp.eye(point.size))
 
     def slope(point: Array) -> Array:
         return jax.grad(log_prior_at)(point, choice, layout, data)
 
     prior = -jax.jvp(slope, (point,), (jnp.ones_like(point),))[1]
-    return Slope(gradient, errors, prior)
+    return Slope(gradient, errors, scales, prior)

@@ -19,8 +19,9 @@ HELD_OUT = "staircase-166g"
 LOADS = (0.139, 0.166, 0.212)
 """kg"""
 SPRINGS = 3
-CYCLES = 1
-"""Of every slow run, at each load: a third and a half of the thesis', for a trial of many cases."""
+CYCLES, HELD_OUT_CYCLES = 1, 3
+"""Of slow runs, at each load. One is a third and a half of the thesis', for a trial of many cases;
+the held-out run needs a first part that tells its own start."""
 LOG_PERIOD = 0.1
 SIZES = {
     "coil-contact": "stiffness",
@@ -86,10 +87,11 @@ def _protocols(rig: Rig, room: float) -> list[tuple[str, Rig, Protocol]]:
         (f"spring-{number}", swinging, spring(mass))
         for number, mass in enumerate(spring_masses(swinging)[:SPRINGS], 1)
     ]
-    slow = [
-        (f"staircase-{1000 * load:.0f}g", staircase(load, room=room, cycles=CYCLES))
-        for load in LOADS
-    ]
+    slow = []
+    for load in LOADS:
+        name = f"staircase-{1000 * load:.0f}g"
+        cycles = HELD_OUT_CYCLES if name == HELD_OUT else CYCLES
+        slow.append((name, staircase(load, room=room, cycles=cycles)))
     slow.append(("sawtooth", sawtooth(LOADS, room=room, cycles=CYCLES)))
     logged = [(name, rig, replace(one, log_period=LOG_PERIOD)) for name, one in slow]
     return springs + logged
