@@ -2,7 +2,7 @@
 # # Checks: would you believe this model?
 #
 # A model that fits its own data has shown little. Here it has to predict a sawtooth: fast heating to
-# 90 °C, cooling, and more load poured on in between. None of it was fitted; its first 15 % tell where
+# 90 °C, cooling, and more load poured on in between. None of it was fitted; its first 30 % tell where
 # the potentiometer's zero lies and in what state the muscle began, and the rest is predicted.
 #
 # **Synthetic data.** The muscle that made them obeys the model's equations, so the checks ought to

@@ -16,6 +16,7 @@ from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.starts import SETTLING_SHARE
 
 DATA = Path(__file__).parents[2] / "data"
 CANDIDATES = ("viscous-friction", "bias-torque")
@@ -90,7 +91,7 @@ def test_descent_finds_the_mode_of_the_shipped_springs(nested: Nested) -> None:
 def test_readings_that_are_held_out_do_not_count(nested: Nested) -> None:
     problem = without_runs(nested.problem, ["spring-3"])
     (lanes,), (whole,) = problem.data.lanes, nested.data.lanes
-    late = np.asarray(whole.time[1]) > 0.15 * nested.problem.runs[1].duration
+    late = np.asarray(whole.time[1]) > SETTLING_SHARE * nested.problem.runs[1].duration
     assert np.all(np.asarray(lanes.weight[1])[late] == 0.0)
     assert np.array_equal(lanes.weight[0], whole.weight[0])
     blocks = np.where(np.asarray(whole.weight).ravel() > 0, 0, -1)
