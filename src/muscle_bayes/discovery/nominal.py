@@ -21,7 +21,7 @@ from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.record import is_slow
-from muscle_bayes.inference.reduction import solved_adequately
+from muscle_bayes.inference.reduction import with_swings
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import effect_type
 
@@ -34,7 +34,7 @@ class Nominal(NamedTuple):
     """A problem without candidates, and its mode."""
 
     problem: Problem
-    """With segments' pivots, and with inertia where it matters."""
+    """With segments' pivots, and with what inertia adds to slow motion."""
     mode: Mode
 
 
@@ -71,18 +71,17 @@ def nominal(
 
 
 def _improved(problem: Problem, mode: Mode, hold_out: Sequence[str]) -> Nominal:
-    """With what a mode tells of how the runs are best solved, and that once more at the new mode."""
-    before = _solved(problem, mode)
-    seen = without_runs(before, hold_out)
-    if seen.layout != problem.layout:
-        return Nominal(before, mode)  # to search with inertia is left to the nested model
+    """With what inertia adds to slow motion at a mode, and that once more at the new mode."""
+    seen = without_runs(_solved(problem, mode), hold_out)
     mode = refine(mode, seen.layout, seen.data)
     return Nominal(_solved(problem, mode), mode)
 
 
 def _solved(problem: Problem, mode: Mode) -> Problem:
     problem = replace(problem, data=pivoted(mode.vector, problem.layout, problem.data))
-    return solved_adequately(problem, constrain(mode.vector, problem.layout, problem.data))
+    # Also where it is more than a fit would leave to slow motion: each candidate would cost minutes,
+    # and what inertia adds is found anew with every effect.
+    return with_swings(problem, constrain(mode.vector, problem.layout, problem.data))
 
 
 def acts_on_rotor(effect: str) -> bool:
