@@ -1,9 +1,18 @@
 """Fixtures that several test folders share."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+# Workers and the commands they start share what they compile; `make clean` removes it. JAX reads this
+# when it is imported.
+os.environ.setdefault(
+    "JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[1] / ".cache" / "compiled")
+)
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
 
 _BESIDE_THE_PROJECT = Path(__file__).parents[1].parent / "shared" / "real"
 
@@ -15,3 +24,13 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip("the real measurements are not here (set MUSCLE_BAYES_REAL)")
     return folder
+
+
+@pytest.fixture(scope="module")
+def compiled_fast() -> Iterator[None]:
+    """Compile with little optimising: for tests that compile much and compute little."""
+    import jax
+
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)

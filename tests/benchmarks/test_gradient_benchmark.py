@@ -45,6 +45,7 @@ def test_outer_density_is_the_posterior_of_our_own_coordinates(problem, points) 
         np.testing.assert_allclose(mine, whole, rtol=1e-10)
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_floor_and_outer_density_give_our_coordinates_and_gradient(problem, points) -> None:
     ours, floor = Ours(problem), CFloor(problem)

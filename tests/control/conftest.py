@@ -13,6 +13,11 @@ from muscle_bayes.control.draws import joint_draws
 from muscle_bayes.inference.posterior import Posterior
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _compiled_fast(compiled_fast: None) -> None:
+    pass
+
+
 @pytest.fixture(autouse=True)
 def double_precision() -> Iterator[None]:
     with jax.enable_x64(True):

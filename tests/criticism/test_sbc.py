@@ -64,6 +64,7 @@ def test_replicates_are_draws_of_the_likelihood() -> None:
     assert abs(lag) < 4.0 / np.sqrt(every.size)
 
 
+@pytest.mark.slow
 def test_a_data_set_is_ranked_in_every_quantity() -> None:
     ranked = rank_data_set(SPRINGS, 3)
     names = set(ranked["ranks"])

@@ -37,6 +37,7 @@ def fitted(tmp_path: Path, runs: Path, *options: str, preset: str = "quick") -> 
 VISCOUS_BIAS = ("--effect", "viscous-friction", "--effect", "bias-torque")
 
 
+@pytest.mark.slow
 def test_xl330_drop(real_data: Path, tmp_path: Path) -> None:
     found = fitted(tmp_path, real_data / "xl330-drop", *VISCOUS_BIAS)["parameters"]
     assert 0.0070 <= found["D"]["mean"] <= 0.0161

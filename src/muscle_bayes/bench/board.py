@@ -95,7 +95,7 @@ class Board:
             sent.add(self._send(verb, *arguments))
             retry = min(self._clock.now() + _RETRY, end)
             while self._clock.now() < retry:
-                answers = []
+                answers: list[Message] = []
                 for message in self._receive():
                     ours = isinstance(message, Reply | Error) and message.sequence in sent
                     (answers if ours else self._unread).append(message)

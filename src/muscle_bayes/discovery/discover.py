@@ -20,7 +20,7 @@ from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Ste
 from muscle_bayes.discovery.search import Report
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.precision import double_precision

@@ -47,9 +47,7 @@ class Explanation:
         search, fitted = self.search, self.fitted
         for _ in range(MOST_ROUNDS):
             nested = search.whole
-            values = values_at(
-                jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data
-            )
+            values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
             before = fitted.potential
             search = search.over(nested.on(with_swings(nested.problem, values)))
             fitted = descend(search.train, fitted.effects, fitted.point)

@@ -33,8 +33,8 @@ STARTS = 40
 AGREEING, AGREEMENT = 3, 5.0
 """The search ends when so many starts have come within this of the least -log density so far."""
 CLOSE, AGREEING_AFAR = 1.2, 20
-"""So many must agree where the misfit is more than CLOSE times the noise that is expected: then the model is
-wrong, or most starts lead to a mode that is."""
+"""So many must agree where the misfit is more than CLOSE times the noise that is expected: then the
+model is wrong, or most starts lead to a mode that is."""
 FINALISTS, SAME_MODE = 5, 0.1
 """Most shapes that are fitted in full, best first, until the best two come so close in -log density."""
 SHAPE_ROUNDS, SHAPE_STEPS = 4, 15

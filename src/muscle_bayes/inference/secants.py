@@ -1,4 +1,4 @@
-"""The most probable point where derivatives jump: Gauss-Newton by differences over the posterior's width."""
+"""The most probable point where derivatives jump: Gauss-Newton by wide differences."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ def _groups(nested: Nested, used: int) -> list[Together]:
             continue
         regime, _, rest = name.partition(".")
         kind, _, index = rest.rstrip("]").partition("[")
-        mine = [
+        acts_on = [
             np.repeat(
                 (np.asarray(lanes.run) == int(index)) & (lane_regime == regime), size // shape[0]
             )
@@ -53,7 +53,7 @@ def _groups(nested: Nested, used: int) -> list[Together]:
                 data.lanes, layout.regimes, sizes, shapes, strict=True
             )
         ]
-        own.setdefault(kind, []).append((entry, np.concatenate(mine)))
+        own.setdefault(kind, []).append((entry, np.concatenate(acts_on)))
     for members in own.values():
         owner = np.full(sum(sizes), -1)
         for number, (_, mine) in enumerate(members):
@@ -75,9 +75,7 @@ def _secants(
     """Changes of all errors across two widths, per unit; to one side where the other is impossible."""
 
     def errors_at(point: np.ndarray) -> np.ndarray | None:
-        found = explained_at(
-            jnp.asarray(point), fitted.choice, nested.layout, nested.data
-        )
+        found = explained_at(jnp.asarray(point), fitted.choice, nested.layout, nested.data)
         if not np.isfinite(float(found.potential)):
             return None
         return _flat([fit.errors for fit in found.fits])
