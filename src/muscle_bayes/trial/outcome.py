@@ -39,6 +39,8 @@ def run_case(case: Case) -> dict[str, Any]:
         "probabilities": dict(found.probabilities),
         "tie": list(found.steps[0].tie) if found.steps else [],
         "ports": [step.port for step in found.steps],
+        "gates": [[step.gate.gain, step.gate.se, step.gate.by] for step in found.steps],
+        "stopped_because": found.stopped_because,
         "excess": excess(found, noise),
         "held_out": held_out_ratio(found.final, noise[HELD_OUT], found),
         "bic": dict(found.naming.bic),
