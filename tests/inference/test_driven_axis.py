@@ -63,6 +63,9 @@ def _positions(step: float, every: int) -> tuple[np.ndarray, np.ndarray]:
     return time[::every], np.array(result[::every])
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
 def axis(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     folder = tmp_path_factory.mktemp("axis")
