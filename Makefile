@@ -24,7 +24,7 @@ $(READY): requirements.lock pyproject.toml scripts/find-python
 study: $(READY) ## the whole study of the shipped data: reports/report.html and .pdf (PRESET=quick for a short one)
 	@$(BIN)/muscle-bayes study --preset $(PRESET)
 
-test: $(READY) lint firmware-if-possible browser-if-possible ## lint and test, under 15 minutes on two cores
+test: $(READY) lint firmware-if-possible browser-if-possible ## lint and test, a quarter of an hour on two cores
 	@$(BIN)/python -m pytest -n $(CORES) -m "not slow"
 
 test-slow: $(READY) firmware-if-possible ## the long statistical tests

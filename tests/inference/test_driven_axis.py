@@ -16,6 +16,8 @@ from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.problem import Data, Problem, pose
 from muscle_bayes.inference.programs import potential_at
 
+pytestmark = pytest.mark.slow
+
 MASS, DRY, VISCOUS, OFFSET = 95.0, 20.0, 200.0, 3.0
 TRUTH = {
     "J": MASS,
@@ -61,9 +63,6 @@ def _positions(step: float, every: int) -> tuple[np.ndarray, np.ndarray]:
         speed = after
         result.append(position)
     return time[::every], np.array(result[::every])
-
-
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
