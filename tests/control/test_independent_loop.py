@@ -65,7 +65,11 @@ def rates(state, duty, mass, effect):
 
 
 COMPLIANCE = "second-relaxation.compliance"
-SECOND = {COMPLIANCE: 0.004, "second-relaxation.time_constant": 2.0}
+SECOND = {
+    COMPLIANCE: 0.004,
+    "second-relaxation.time_constant": 2.0,
+    "second-relaxation.unrested": 0.0,
+}
 
 
 def settled(state, effect):

@@ -54,6 +54,7 @@ def test_name_port_and_place(effect):
 
 def test_the_twin_can_hide_every_effect_with_the_same_parameters():
     twins = {name: {field.name for field in fields(kind)} for name, kind in EFFECTS.items()}
+    twins["second-relaxation"] |= {"unrested"}  # the twin simulates what comes before the first row
     assert twins == {name: set(effect.parameters) for name, effect in CATALOGUE.items()}
 
 

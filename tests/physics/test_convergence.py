@@ -81,7 +81,7 @@ def test_slow_motion_is_second_order_through_heating_and_cooling():
 
 
 REMEMBER = {
-    "second-relaxation": SecondRelaxation(0.008, 10.0),
+    "second-relaxation": SecondRelaxation(0.008, 10.0, 0.0),
     "first-cycle-set": FirstCycleSet(2e-4, 20.0, 0.01),
 }
 

@@ -2,6 +2,7 @@
 
 from math import sqrt
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -39,6 +40,7 @@ from muscle_bayes.physics.effects import (
 )
 from muscle_bayes.physics.element import Instant, NoElement
 from muscle_bayes.physics.friction import CoulombFriction
+from muscle_bayes.physics.memory import rested
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.schedule import filtered
 
@@ -304,15 +306,40 @@ def held(effect, state_rate, heat, hyst):
     return seen.hyst[:, 0], slope, time
 
 
-def test_second_relaxation_is_a_voigt_element_in_series():
+@pytest.mark.parametrize("lacking", [0.0, 0.4])
+def test_second_relaxation_is_a_voigt_element_in_series(lacking):
     compliance, tau = 0.006, 8.0
-    effect = SecondRelaxation(jnp.asarray(compliance), jnp.asarray(tau))
+    effect = SecondRelaxation(jnp.asarray(compliance), jnp.asarray(tau), jnp.asarray(lacking))
     seen, slope, time = held(effect, lambda f, heat, s: (compliance * f - s) / tau, ramp, 0.05)
     # At rest under the first tension, HYST held.
     rest = brentq(lambda s: slope(0.0, [0.05, s])[1], 0.0, 0.2)
-    exact = solve_ivp(slope, (0.0, 60.0), [0.05, rest], t_eval=time, **EXACT).y[0]
+    exact = solve_ivp(slope, (0.0, 60.0), [0.05, (1.0 - lacking) * rest], t_eval=time, **EXACT).y[0]
     np.testing.assert_allclose(seen, exact[1:], atol=2e-6)
     assert np.ptp(exact) > 1e-3
+
+
+@pytest.mark.parametrize("hyst", [0.09, 0.14, 0.17, 0.2])
+def test_rest_is_found_through_the_kink_at_which_a_muscle_shuts(hyst):
+    compliance, both = 0.006, jnp.full(2, hyst)
+
+    def remembered(compliance):
+        effect = SecondRelaxation(compliance, jnp.asarray(8.0), jnp.asarray(0.0))
+        plant = rested(muscle_plant() + effect, jnp.asarray(0.1), both, heated(25.0))
+        return plant.memory["second-relaxation"][0]
+
+    strain = float(muscle_plant().side_a.strain(jnp.asarray(0.1)))
+
+    def missing(s, compliance=compliance):
+        pull, _ = muscle_tension_and_rate(strain - s, hyst, 25.0, TABLE_2, BASE)
+        return compliance * pull - s
+
+    def exact(compliance):
+        return brentq(lambda s: missing(s, compliance), 0.0, 0.2, xtol=1e-15)
+
+    found, slope = jax.jvp(remembered, (jnp.asarray(compliance),), (jnp.ones(()),))
+    assert float(found) == pytest.approx(exact(compliance), abs=1e-12)
+    finite = (exact(compliance + 1e-6) - exact(compliance - 1e-6)) / 2e-6
+    assert float(slope) == pytest.approx(finite, rel=1e-5)
 
 
 @pytest.mark.parametrize("trained", [0.0, 0.012])

@@ -1,32 +1,18 @@
 """Where a joint rests in the cold: HYST relaxed, torques balanced."""
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.control.rotor import Motion
+from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import rested
 from muscle_bayes.physics.plant import Drive, Plant
 
-HALVINGS = 48
 REST_ROUNDS = 6
 """Times that rest and what is remembered there are found in turn."""
 LONGEST_HYST = 3.0
 """Strain beyond which no relaxed HYST is looked for."""
-
-
-def bisect(falls, low, high):
-    """Where `falls`, positive at low and negative at high, changes sign; elementwise."""
-
-    def halve(_, ends):
-        low, high = ends
-        middle = 0.5 * (low + high)
-        above = falls(middle) > 0.0
-        return jnp.where(above, middle, low), jnp.where(above, high, middle)
-
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
-    return 0.5 * (low + high)
 
 
 def relaxed_hyst(plant: Plant, q: Scalar, drive: Drive) -> Float[Array, "2"]:

@@ -4,9 +4,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import STRETCH, Unbent, starts
-from muscle_bayes.inference.bisection import increasing_root
 from muscle_bayes.inference.blocks import WALLED
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.physics.bisection import bisect
 
 MODULUS, HYST = WALLED
 NARROW = 1e-3
@@ -59,8 +59,6 @@ def bent_walls(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[
     if MODULUS not in at:
         return vector
     lift, above = _log_lift(vector, layout, data), vector[at[MODULUS]] - jnp.log(data.tension)
-    u = increasing_root(
-        lambda u: u + lift * jnp.tanh(u / NARROW), above, above - lift, above + lift
-    )
+    u = bisect(lambda u: above - u - lift * jnp.tanh(u / NARROW), above - lift, above + lift)
     bent = vector.at[at[MODULUS]].set(u)
     return bent.at[at[HYST]].add(-_log_first(vector, layout, data))

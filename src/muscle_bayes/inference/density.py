@@ -1,11 +1,12 @@
 """Log posterior density of a problem, on an unconstrained vector, as a pure function of the data."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 from numpyro.distributions import biject_to
 
 from muscle_bayes.conventions import STRAIN_EPSILON
@@ -141,13 +142,34 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"
     return jnp.concatenate(parts)
 
 
+FIRST_HYST = ".hyst_stretch"
+"""Ends the names of what is sampled of HYST's strain at runs' first rows."""
+
+
+def room_of(values: Values, data: Data) -> Float[Array, " run"]:
+    """How much longer than shut HYST begins each run that has it, by regimes' names; 0 is a wall."""
+    rooms = [
+        first_hyst(values[name], data.tension, values) - STRAIN_EPSILON
+        for name in sorted(values)
+        if name.endswith(FIRST_HYST)
+    ]
+    return jnp.concatenate([jnp.zeros(0), *rooms])
+
+
+def first_hyst_entries(shapes: Sequence[tuple[str, tuple[int, ...]]]) -> Int[np.ndarray, " run"]:
+    """Entries of a vector of these quantities that are HYST's first strains, as `room_of` has them."""
+    found, position = {}, 0
+    for name, shape in shapes:
+        size = int(np.prod(shape))
+        if name.endswith(FIRST_HYST):
+            found[name] = np.arange(position, position + size)
+        position += size
+    return np.concatenate([np.zeros(0, int), *(found[name] for name in sorted(found))])
+
+
 def is_possible(values: Values, data: Data) -> Bool[Array, ""]:
     """Whether HYST begins no run shorter than shut."""
-    possible = jnp.asarray(True)
-    for name, stretch in values.items():
-        if name.endswith(".hyst_stretch"):
-            possible &= jnp.all(first_hyst(stretch, data.tension, values) >= STRAIN_EPSILON)
-    return possible
+    return jnp.all(room_of(values, data) >= 0.0)
 
 
 def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
@@ -190,7 +212,7 @@ def potential_given(
     return -(log_prior(vector, layout, data) + _total(fits))
 
 
-def potential_and_errors(
+def potential_errors_and_scales(
     vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> tuple[Float[Array, ""], Float[Array, " errors"]]:
     """`potential`, and every standardised error e and the log of its scale s.

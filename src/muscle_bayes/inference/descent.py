@@ -8,14 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move, log_share
 from muscle_bayes.inference.density import LOG_2PI
 from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Choice, Nested
-from muscle_bayes.inference.nested_programs import Explained, Slope, explained_at, slope_at
+from muscle_bayes.inference.nested_programs import (
+    Explained,
+    Slope,
+    explained_at,
+    slope_at,
+    walls_at,
+)
 
 MAX_STEPS = 40
-LONGEST_MOVE = 2.0
-"""Longest step of any entry, in units of the unconstrained vector."""
 LEAST_GAIN = 0.1
 """Decrease of the potential below which a descent ends: far less than any comparison's uncertainty."""
 LEAST_PRECISION = 1e-4
@@ -33,6 +38,7 @@ class Fitted:
     """Negative log posterior density."""
     found: Explained
     slope: Slope
+    walls: Walls
     used: int
     """Entries of the point that mean something; the rest are empty slots."""
 
@@ -66,7 +72,9 @@ class Fitted:
     def log_evidence(self) -> float:
         """Laplace's approximation: log density at the mode times the volume of the posterior."""
         volume = 0.5 * self.used * LOG_2PI - 0.5 * self.precision.log_determinant
-        return -self.potential + volume
+        gradient = np.asarray(self.slope.gradient)[: self.used]
+        share = log_share(self.precision, gradient, self.walls.of(np.arange(self.used)))
+        return -self.potential + volume + share
 
     @property
     def occam(self) -> float:
@@ -84,15 +92,6 @@ def _information(slope: Slope) -> Float[np.ndarray, "n n"]:
     parts = [np.asarray(part).reshape(size, -1) for part in (*slope.errors, *slope.scales)]
     flat = np.concatenate(parts, axis=1)
     return flat @ flat.T + np.diag(np.maximum(np.asarray(slope.prior), LEAST_PRECISION))
-
-
-def damped_move(
-    information: Float[np.ndarray, "n n"], gradient: Float[np.ndarray, " n"], damping: float
-) -> Float[np.ndarray, " n"]:
-    """A step of Levenberg and Marquardt, no longer than LONGEST_MOVE in any entry."""
-    damped = information + damping * np.diag(np.diag(information))
-    move = -np.linalg.solve(damped, gradient)
-    return move * min(1.0, LONGEST_MOVE / max(np.abs(move).max(), 1e-300))
 
 
 def descend(
@@ -113,18 +112,25 @@ def descend(
 
     free = np.array([name not in held for name in nested.shared_names()])
     free = np.flatnonzero(np.concatenate([free, np.ones(start.size - free.size, bool)]))
-    point, damping = np.asarray(start, float), 1e-2
+    entries, damping = nested.first_hyst_entries(), 1e-2
+
+    def walled(point: np.ndarray) -> Walls:
+        return walls_at(jnp.asarray(point), choice, layout, data)
+
+    point, walls = between_walls(np.asarray(start, float), walled, entries)
     value, found = judge(point)
     slope = slope_at(jnp.asarray(point), choice, layout, data)
     information = _information(slope)
     for _ in range(limit):
         move = np.zeros(point.size)
         gradient = np.asarray(slope.gradient)[free]
-        move[free] = damped_move(information[np.ix_(free, free)], gradient, damping)
-        trial, trial_found = judge(point + move)
+        part = information[np.ix_(free, free)]
+        move[free] = damped_move(part, gradient, damping, walls.of(free))
+        further, ahead = between_walls(point + move, walled, entries)
+        trial, trial_found = judge(further)
         if trial < value:
             gain = value - trial
-            point, value, found = point + move, trial, trial_found
+            point, walls, value, found = further, ahead, trial, trial_found
             damping = max(0.2 * damping, 1e-9)
             slope = slope_at(jnp.asarray(point), choice, layout, data)
             information = _information(slope)
@@ -134,4 +140,4 @@ def descend(
             damping *= 6.0
             if damping > 1e8:
                 break
-    return Fitted(tuple(effects), choice, point, value, found, slope, used)
+    return Fitted(tuple(effects), choice, point, value, found, slope, walls, used)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.density import constrain, is_possible
+from muscle_bayes.inference.density import constrain, first_hyst_entries, is_possible
 from muscle_bayes.inference.lane_model import Physical, Values
 from muscle_bayes.inference.problem import Data, Layout, Problem
 from muscle_bayes.physics.effects import effect_type
@@ -109,6 +109,11 @@ class Nested:
         """A sampled quantity's unconstrained value."""
         transform = biject_to(self.data.priors[name].support)
         return np.asarray(transform.inv(jnp.asarray(value)))
+
+    def first_hyst_entries(self) -> Int[np.ndarray, " run"]:
+        """Entries of a point that are HYST's first strains, as `room_of` has them."""
+        shapes = zip(self.layout.shapes, _of_effects(self.layout), strict=True)
+        return first_hyst_entries([one for one, of_effect in shapes if not of_effect])
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""

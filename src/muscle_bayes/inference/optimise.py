@@ -9,10 +9,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move
 from muscle_bayes.inference.density import (
     constrain,
+    first_hyst_entries,
     log_prior,
-    potential_and_errors,
+    potential_errors_and_scales,
     rms_by_regime,
     unconstrain,
 )
@@ -20,7 +22,12 @@ from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
-from muscle_bayes.inference.programs import potential_at, potential_with, predictions_at
+from muscle_bayes.inference.programs import (
+    potential_at,
+    potential_with,
+    predictions_at,
+    walls_at,
+)
 from muscle_bayes.physics.effects import effect_type
 
 PRIOR_DRAWS = 256
@@ -40,7 +47,6 @@ FINALISTS, SAME_MODE = 5, 0.1
 SHAPE_ROUNDS, SHAPE_STEPS = 4, 15
 """Rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
 MAX_STEPS = 60
-LONGEST_MOVE = 2.0
 LEAST_GAIN = 1e-3
 """Decrease of the potential below which a descent ends."""
 EFFECTIVE_SHARE = 5.0
@@ -85,7 +91,7 @@ def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw 
 @Program
 def _curvature(vector, layout: Layout, data: Data):
     """Gradient of the potential, and Gauss-Newton information plus prior precision."""
-    gradient, jacobian = jax.jacfwd(potential_and_errors)(vector, layout, data)
+    gradient, jacobian = jax.jacfwd(potential_errors_and_scales)(vector, layout, data)
 
     def slope(vector: Array) -> Array:
         return jax.grad(log_prior)(vector, layout, data)
@@ -149,20 +155,26 @@ def _noise_mask(layout: Layout) -> np.ndarray:
 
 def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Mode:
     """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
+    entries = first_hyst_entries(layout.shapes)
+
+    def walled(vector: np.ndarray) -> Walls:
+        return walls_at(jnp.asarray(vector), layout, data)
+
+    inside, walls = between_walls(np.asarray(vector), walled, entries)
+    vector = jnp.asarray(inside)
     value, damping, step = potential_at(vector, layout, data), 1e-2, 0
     gradient, information = _curvature(vector, layout, data)
     chosen = np.flatnonzero(free)
     while step < limit:
         step += 1
         part = np.asarray(information)[np.ix_(chosen, chosen)]
-        damped = part + damping * np.diag(np.diag(part))
         move = np.zeros(vector.shape)
-        move[chosen] = -np.linalg.solve(damped, np.asarray(gradient)[chosen])
-        # A move of many prior standard deviations at once leaves the region the model is good in.
-        move *= min(1.0, LONGEST_MOVE / max(np.abs(move * (free > 0)).max(), 1e-300))
-        trial = potential_at(vector + move, layout, data)
+        slope = np.asarray(gradient)[chosen]
+        move[chosen] = damped_move(part, slope, damping, walls.of(chosen))
+        further, ahead = between_walls(np.asarray(vector) + move, walled, entries)
+        trial = potential_at(jnp.asarray(further), layout, data)
         if trial < value:
-            gain, vector, value = value - trial, vector + move, trial
+            gain, vector, walls, value = value - trial, jnp.asarray(further), ahead, trial
             damping = max(damping * 0.2, 1e-9)
             if gain < LEAST_GAIN:
                 break

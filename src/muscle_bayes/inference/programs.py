@@ -3,13 +3,16 @@
 from typing import NamedTuple
 
 import jax
+import numpy as np
 from jaxtyping import Array, Float
 
+from muscle_bayes.inference.damped_steps import Walls
 from muscle_bayes.inference.density import (
     LaneFit,
     constrain,
     explained,
     potential_given,
+    room_of,
     unconstrain,
 )
 from muscle_bayes.inference.lane_model import LanePrediction, predictions, responses, zeros_of
@@ -74,6 +77,19 @@ def fits_with(
 ) -> list[LaneFit]:
     """How predictions made at the vector explain the readings."""
     return explained(predicted, constrain(vector, layout, data), layout, data)
+
+
+@Program
+def _room_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> tuple[Array, Array]:
+    def room(vector: Array) -> Array:
+        return room_of(constrain(vector, layout, data), data)
+
+    return room(vector), jax.jacfwd(room)(vector)
+
+
+def walls_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Walls:
+    """Where vectors near this one are possible."""
+    return Walls(*map(np.asarray, _room_at(vector, layout, data)))
 
 
 def potential_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> float:

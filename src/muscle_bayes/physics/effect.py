@@ -133,6 +133,10 @@ class MemoryEffect(Effect):
         """The state before the muscle has long hung as it does in the first row."""
         return jnp.zeros(())
 
+    def begun(self, rest: Scalar) -> Scalar:
+        """The state at the first row; `rest`: after the muscle has long hung as it does there."""
+        return rest
+
 
 class TemperatureFilter(eqx.Module):
     """An effect on the temperature port that looks at the temperature's whole course."""

@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
+from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.effect import MemoryEffect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
@@ -17,9 +19,10 @@ Memory = dict[str, Float[Array, "2"]]
 
 STRAIGHT = 1e-3
 """Exponents up to which (exp(z) - 1) / z is taken from its series."""
-REST_STEPS = 20
-FIRST_REST, REST_RATIO = 0.1, 4.0
-"""First step towards rest [s], and how much longer than the last each other step is."""
+SHORTEST_REST, LONGEST_REST = 0.1, 1e11
+"""Times [s] for which a state goes on at its first rate, to pass its rest at last."""
+REST_ROUNDS = 3
+"""Times that the states' rests are found in turn."""
 
 once = jax.lax.optimization_barrier
 
@@ -39,22 +42,27 @@ def _mean_decay(z: Scalar) -> Scalar:
     return jnp.where(near, 1.0 + z * (0.5 + z / 6.0), jnp.expm1(safe) / safe)
 
 
+At = tuple[Scalar, Float[Array, "2"], Drive]
+"""Coordinate, sigma_hyst of both sides, and drive."""
+
+
+def _rate_at(value: Scalar, plant: Plant, name: str, side: int, at: At) -> Scalar:
+    """Rate of one state where it has this value and everything else is held."""
+    effect = next(one for one in plant.memory_effects if one.name == name)
+    states = plant.memory | {name: plant.memory[name].at[side].set(value)}
+    now, (q, hyst, drive) = plant.remembering(states), at
+    instant = now.instants(q, jnp.zeros_like(q), hyst, drive)[side]
+    return effect.rate(now.muscles[side].signals(instant, now.instant_effects))
+
+
 def _moved(
-    plant: Plant,
-    effect: MemoryEffect,
-    side: int,
-    origin: Scalar,
-    at: tuple[Scalar, Float[Array, "2"], Drive],
-    duration: Scalar,
+    plant: Plant, effect: MemoryEffect, side: int, origin: Scalar, at: At, duration: Scalar
 ) -> Scalar:
     """One state after `duration` [s] from `origin`, its rate straight about the plant's memory."""
     held = plant.memory[effect.name]
 
     def rate_at(value: Scalar) -> Scalar:
-        states = plant.memory | {effect.name: held.at[side].set(value)}
-        now, (q, hyst, drive) = plant.remembering(states), at
-        instant = now.instants(q, jnp.zeros_like(q), hyst, drive)[side]
-        return effect.rate(now.muscles[side].signals(instant, now.instant_effects))
+        return _rate_at(value, plant, effect.name, side, at)
 
     rate, slope = jax.jvp(rate_at, (held[side],), (jnp.ones_like(held[side]),))
     slope = jnp.minimum(slope, 0.0)
@@ -82,18 +90,64 @@ def advanced(
     }
 
 
+def _rest_of(plant: Plant, effect: MemoryEffect, side: int, at: At) -> Scalar:
+    """Where one state's rate becomes 0, from its initial value, everything else held.
+
+    Its rate falls with it, in a muscle whose MODULUS is about to shut a thousand times faster on one
+    side of its rest than on the other: steps in time would go to and fro for ever. The root found
+    carries the derivatives of the implicit function.
+    """
+
+    def rate_at(value: Scalar, plant: Plant, at: At) -> Scalar:
+        return _rate_at(value, plant, effect.name, side, at)
+
+    begun = effect.initial() * jnp.ones_like(plant.memory[effect.name][side])
+    still = jax.tree.map(jax.lax.stop_gradient, (plant, at, begun))
+    held, there, low = still
+    first = rate_at(low, held, there)
+
+    def further(ahead: Scalar) -> Scalar:
+        beyond = first * rate_at(low + first * ahead, held, there) < 0.0
+        return jnp.where(beyond | (ahead > LONGEST_REST), ahead, 4.0 * ahead)
+
+    count = int(np.ceil(np.log(LONGEST_REST / SHORTEST_REST) / np.log(4.0)))
+    ahead = jax.lax.fori_loop(0, count, lambda _, t: further(t), jnp.full_like(low, SHORTEST_REST))
+    share = bisect(
+        lambda share: first * rate_at(low + first * share * ahead, held, there),
+        jnp.zeros_like(low),
+        jnp.ones_like(low),
+    )
+    value = jnp.where(first == 0.0, low, low + first * share * ahead)
+    slope = jax.jvp(lambda x: rate_at(x, held, there), (value,), (jnp.ones_like(value),))[1]
+    falls = slope < 0.0
+    missing = rate_at(value, plant, at)
+    return jnp.where(falls, value - missing / jnp.where(falls, slope, -1.0), begun)
+
+
 def rested(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Plant:
     """The plant remembering what it would if it had long been held like this."""
-    effects = plant.memory_effects
+    effects, at = plant.memory_effects, (q, hyst, drive)
     if not effects:
         return plant
-    first = {effect.name: jnp.broadcast_to(effect.initial(), (2,)) * 1.0 for effect in effects}
+    plant = plant.remembering({one.name: jnp.broadcast_to(one.initial(), (2,)) for one in effects})
+    for _ in range(REST_ROUNDS if len(effects) > 1 else 1):
+        for effect in effects:
+            states = [
+                _rest_of(plant, effect, side, at)
+                if side in plant.muscles
+                else plant.memory[effect.name][side] * 1.0
+                for side in (0, 1)
+            ]
+            plant = plant.remembering(plant.memory | {effect.name: jnp.stack(states)})
+    return plant
 
-    def longer(memory: Memory, duration: Scalar) -> tuple[Memory, None]:
-        return advanced(plant.remembering(memory), memory, q, hyst, drive, duration), None
 
-    durations = FIRST_REST * REST_RATIO ** jnp.arange(REST_STEPS, dtype=q.dtype)
-    return plant.remembering(jax.lax.scan(longer, first, durations)[0])
+def starting(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Plant:
+    """The plant remembering what it does in a run's first row."""
+    plant = rested(plant, q, hyst, drive)
+    return plant.remembering(
+        {one.name: one.begun(plant.memory[one.name]) for one in plant.memory_effects}
+    )
 
 
 Step = Callable[[Plant, Any, Schedule, Int[Array, ""]], Any]

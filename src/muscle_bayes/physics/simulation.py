@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.physics.inertial import FastState, fast_step
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.memory import Motion, Remembered, remembering, rested
+from muscle_bayes.physics.memory import Motion, Remembered, remembering, starting
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, settle, slow_step
@@ -117,7 +117,7 @@ def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array
     """Quasi-static response from rest at q [rad or m] with HYST strains `hyst`."""
     schedule = filtered(schedule, plant.temperature_filters)
     first = schedule.first
-    plant = rested(plant, q, hyst, first)
+    plant = starting(plant, q, hyst, first)
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
     ahead = overshoot(plant, q, hyst, first) * schedule.braking
     schedule = schedule._replace(temperature=schedule.temperature + ahead)
@@ -141,7 +141,7 @@ def simulate_fast(
 ) -> Response:
     """Response with full inertia from q [rad or m], speed [rad/s or m/s] and HYST strains `hyst`."""
     schedule = filtered(schedule, plant.temperature_filters)
-    return _swung(rested(plant, q, hyst, schedule.first), schedule, FastState(q, speed, hyst))
+    return _swung(starting(plant, q, hyst, schedule.first), schedule, FastState(q, speed, hyst))
 
 
 def _swung(plant: Plant, schedule: Schedule, start: FastState) -> Response:
@@ -156,7 +156,7 @@ def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array
     """What `simulate_slow` says of the grid's former intervals, with full inertia."""
     schedule = filtered(grid.schedule, plant.temperature_filters)
     first = schedule.first
-    plant = rested(plant, q, hyst, first)
+    plant = starting(plant, q, hyst, first)
     q = settle(plant, q, hyst, first, jnp.zeros_like(q))
     whole = _swung(plant, schedule, FastState(q, jnp.zeros_like(q), hyst))
     start = plant.sensed(q, hyst, first)
