@@ -63,8 +63,8 @@ def test_simulated_recording(recorded):
     assert found.metadata.origin == "synthetic"
     assert "simavr" in found.metadata.notes
     load = found.metadata.load
-    assert (load.mass[0], load.mass[-1], len(load.mass)) == (0.06, 0.139, 6)
-    assert load.time[-1] - load.time[1] == pytest.approx(0.8)
+    assert (load.mass[0], load.mass[-1], len(load.mass)) == (0.06, 0.139, 21)
+    assert load.time[-1] - load.time[1] == pytest.approx(0.95)
     assert found.repairs == ()
     assert np.diff(found.table["time"]) == pytest.approx(0.03, abs=1.1e-3)
     assert facts["truth"]["rotor"]["D"] == 0.0054594

@@ -74,9 +74,9 @@ def test_load_changes_and_notes_replace_the_metadata_whole(tmp_path, metadata):
 
 def test_pour_is_told_in_steps(tmp_path, metadata):
     file = RunFile(tmp_path, "x", metadata)
-    file.change_load(10.0, 0.239, 1.0)
+    file.change_load(10.0, 0.239, 0.25)
     load = read_metadata(tmp_path / "x.toml").load
-    assert load.time == (0.0, 10.1, 10.3, 10.5, 10.7, 10.9)
+    assert load.time == (0.0, 10.025, 10.075, 10.125, 10.175, 10.225)
     assert load.mass == (0.139, 0.159, 0.179, 0.199, 0.219, 0.239)
     file.close()
 

@@ -15,8 +15,9 @@ from muscle_bayes.errors import MuscleBayesError
 
 EVENTS_SUFFIX: Final = ".events.jsonl"
 TIME_DECIMALS: Final = 3
-POUR_STEP: Final = 0.2
-"""s between the steps by which a pour is told."""
+POUR_STEP: Final = 0.05
+"""s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
+would jolt a simulated rotor, which would then stick a fifth of a count from where the real one does."""
 _MASS_DECIMALS: Final = 6
 
 
