@@ -91,7 +91,8 @@ class PortFinder:
                 self._spare[met] = (url, board)
         raise PortError(
             f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Mend: connect it and "
-            "load the firmware; only a heater board has pin 4 tied to GND; or give --port."
+            "load the firmware; only a heater board has pin 4 tied to GND; or give --port; "
+            "without a bench, --simulate."
         )
 
     def find_meter(self) -> MeterSource:
@@ -114,7 +115,7 @@ class PortFinder:
             return meter
         raise PortError(
             f"no meter was found ({'; '.join(tried) or 'there is no port'}). Mend: connect the "
-            "TMD-56 and switch on its link, or give --meter."
+            "TMD-56 and switch on its link, or give --meter; without a bench, --simulate."
         )
 
     def _identified(self, url: str) -> Board:

@@ -68,7 +68,8 @@ def run_metadata(
         return sequence.metadata(origin, rig, load, notes)
     except ValidationError as error:
         key, problem, mend = explain(error, Metadata)
-        raise SequenceError.at(path, problem, f"{mend}; or give --rig FILE", key=key) from None
+        mend = f"{mend}; or give --rig FILE; --simulate needs none"
+        raise SequenceError.at(path, problem, mend, key=key) from None
 
 
 def to_toml(sequence: Sequence, head: str = "") -> str:

@@ -55,9 +55,12 @@ def record(
     whatever ends the recording. Where a run breaks off it is kept, and recorded anew under another
     name when the command is given again.
     """
+    from time import perf_counter
+
     from muscle_bayes.bench.live import TerminalView
     from muscle_bayes.bench.sequence_file import read_sequence
 
+    begun = perf_counter()
     wanted = read_sequence(sequence)
     report: dict[str, Any] = {"sequence": sequence, "simulated": simulate, "runs": []}
     with ExitStack() as stack:
@@ -87,6 +90,8 @@ def record(
         finally:
             if json is not None:
                 write_json(json, report)
+        if simulate:
+            typer.echo(f"simulated in {perf_counter() - begun:.0f} s")
 
 
 @contextmanager

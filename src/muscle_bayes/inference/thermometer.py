@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 LONGEST_HOLD = 0.6
-"""A temperature that stays the same for longer is not held by the meter but steady, s."""
+"""Changes that follow each other within this tell a meter's period, s."""
 WINDOW = 1.5
 """Readings within this of an instant tell its temperature, s: long enough for some seven updates of
 a meter, short against the peaks at which friction makes the rotor turn back."""
@@ -29,15 +29,43 @@ def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """When a meter measured, and what: the log repeats each value until the next.
 
     A meter changes its value somewhere between a row and the one before, on average half a row ago.
-    Using the repeats instead would make the temperature lag by half an update.
+    Repeats stand for measurements that gave the same value again, one every period (that of the
+    changes in quick succession): spread over the time until the next change, they have no lag. Taking
+    all rows would make the temperature lag by half a period, taking changes alone would tell of
+    temperatures that have just passed the middle between two values. After a gap in the rows nobody
+    knows when a new value came: it counts from its next measurement on.
     """
-    fresh = np.r_[True, np.diff(values) != 0.0]
-    last_fresh = time[np.maximum.accumulate(np.where(fresh, np.arange(time.size), 0))]
-    fresh |= time - last_fresh > LONGEST_HOLD
-    rows = np.diff(time, prepend=time[0])
-    # A gap in the log is no update that took long.
-    ago = 0.5 * np.minimum(rows, np.median(rows[1:]) if time.size > 1 else 0.0)
-    return (time - ago)[fresh], values[fresh]
+    if time.size < 2:
+        return time, values
+    rows = np.diff(time)
+    usual = float(np.median(rows))
+    first = np.flatnonzero(np.diff(values) != 0.0) + 1
+    spacing = np.diff(time[first])
+    quick = spacing[spacing <= LONGEST_HOLD]
+    period = max(float(np.median(quick)) if quick.size else usual, usual)
+    unsure = 0.5 * period if period > 1.5 * usual else 0.0
+    dated = rows[first - 1] <= max(0.5 * period, 1.5 * usual)
+    came = time[first] - 0.5 * rows[first - 1]
+    begun = np.r_[time[0], np.where(dated, came, np.nan)]
+    ended = np.r_[np.where(dated, came, np.nan), np.nan]
+    seen = time[np.r_[0, first]], time[np.r_[first, time.size] - 1]
+    when, which = [], []
+    for number, (begin, end, early, late) in enumerate(zip(begun, ended, *seen, strict=True)):
+        if np.isfinite(begin) and np.isfinite(end):
+            count = max(round((end - begin) / period), 1)
+            instants = begin + (end - begin) / count * np.arange(count)
+        elif np.isfinite(begin):
+            instants = np.arange(begin, max(late - unsure, begin) + 0.5 * usual, period)
+        elif np.isfinite(end):
+            instants = np.arange(end - period, early, -period)[::-1]
+        else:
+            instants = np.arange(early + unsure, late - unsure, period)
+        when.append(instants)
+        which.append(np.full(instants.size, number))
+    instants, owner = np.concatenate(when), np.concatenate(which)
+    following = np.minimum(np.searchsorted(time, instants), time.size - 1)
+    logged = time[following] - instants <= max(period, usual)
+    return instants[logged], values[np.r_[0, first]][owner][logged]
 
 
 def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
