@@ -50,6 +50,20 @@ def test_load_changes_lie_on_nodes(sawtooth: Run) -> None:
         assert np.min(np.abs(nodes - jump)) < 1e-9
 
 
+def test_readings_between_a_jolt_and_the_next_heating_count_little(sawtooth: Run) -> None:
+    record = slow_record(sawtooth)
+    plain = 1.0 / 12.0 / np.maximum(record.weight, 1.0)
+    unsure = record.coarse - plain > 0.9
+    first, last = (np.array([630.88, 1269.49]), np.array([634.68, 1273.29]))  # of each pour
+    for begun, over in zip(first, last, strict=True):
+        inside = (record.time > begun) & (record.time < over + 10.0)
+        assert unsure[inside].all()
+        assert not unsure[(record.time > over + 31.0) & (record.time < over + 300.0)].any()
+        hot = record.schedule.temperature[1:, 0] > 40.0
+        assert not unsure[hot].any()
+    assert not unsure[record.time < first[0]].any()
+
+
 def test_peaks_of_temperature_survive(sawtooth: Run) -> None:
     peak = sawtooth.table["temperature_a"].max()
     assert slow_record(sawtooth).schedule.temperature[:, 0].max() > peak - 0.6

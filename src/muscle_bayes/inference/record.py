@@ -23,6 +23,11 @@ SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
 PAUSE = 3.0
 """Rows farther apart than this many usual distances have a gap between them."""
+UNSURE_FOR, DRIVEN = 30.0, 5.0
+"""Longest time [s] after a jump of the load for which readings count little, and change of temperature
+[C] that ends it."""
+UNSURE = 1.0
+"""Variance that such readings have besides, in squared quanta."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
 CURVATURE_SPAN = 0.5
@@ -166,6 +171,21 @@ def _centred(
     return moved
 
 
+def _unsure(middles: np.ndarray, jumps: np.ndarray, temperature: np.ndarray) -> np.ndarray:
+    """Variance of slow readings after jumps of the load, in squared quanta.
+
+    A jolted rotor swings and comes to rest anywhere within friction's reach, by details that nobody
+    logs, as how water was poured. There it stays until heat drives it on.
+    """
+    extra = np.zeros(middles.size)
+    before = temperature[np.maximum(np.searchsorted(middles, jumps) - 1, 0)]
+    for jump, cold in zip(jumps, before, strict=True):
+        driven = (middles > jump) & (np.abs(temperature - cold).max(axis=1) > DRIVEN)
+        end = min(np.min(middles[driven], initial=np.inf), jump + UNSURE_FOR)
+        extra[(middles > jump) & (middles < end)] = UNSURE
+    return extra
+
+
 def slow_record(run: Run) -> Record:
     """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
     time = run.table["time"].to_numpy()
@@ -183,6 +203,7 @@ def slow_record(run: Run) -> Record:
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     mean = _centred(mean_time, mean, weight, coarse, middles)
+    coarse = coarse + _unsure(middles, jumps, 0.5 * (temperature[1:] + temperature[:-1]))
     schedule = Schedule(nodes, temperature, load, applied, slowing)
     first, slope = _start(run)
     return Record(schedule, middles, mean, weight, coarse, first, slope)
