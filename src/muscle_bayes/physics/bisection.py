@@ -7,10 +7,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 HALVINGS = 50
+"""Enough for the last bit of a double."""
 
 
 def bisect(
-    falls: Callable[[Array], Array], low: Float[Array, "*n"], high: Float[Array, "*n"]
+    falls: Callable[[Array], Array],
+    low: Float[Array, "*n"],
+    high: Float[Array, "*n"],
+    halvings: int = HALVINGS,
 ) -> Float[Array, "*n"]:
     """Where `falls`, positive at low and negative at high, changes sign; elementwise, no derivative."""
 
@@ -20,5 +24,5 @@ def bisect(
         above = falls(middle) > 0.0
         return jnp.where(above, middle, low), jnp.where(above, high, middle)
 
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
+    low, high = jax.lax.fori_loop(0, halvings, halve, (low, high))
     return 0.5 * (low + high)

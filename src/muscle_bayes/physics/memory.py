@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, Int
 
 from muscle_bayes.physics.bisection import bisect
@@ -19,9 +18,11 @@ Memory = dict[str, Float[Array, "2"]]
 
 STRAIGHT = 1e-3
 """Exponents up to which (exp(z) - 1) / z is taken from its series."""
-SHORTEST_REST, LONGEST_REST = 0.1, 1e11
-"""Times [s] for which a state goes on at its first rate, to pass its rest at last."""
-REST_ROUNDS = 3
+FIRST_REST, REST_RATIO, REST_STEPS = 0.1, 8.0, 8
+"""Times [s] for which a state goes on at its first rate, to pass its rest at last: up to 20 days."""
+REST_HALVINGS = 28
+"""Halvings towards a rest, which a step of Newton ends."""
+REST_ROUNDS = 2
 """Times that the states' rests are found in turn."""
 
 once = jax.lax.optimization_barrier
@@ -108,14 +109,15 @@ def _rest_of(plant: Plant, effect: MemoryEffect, side: int, at: At) -> Scalar:
 
     def further(ahead: Scalar) -> Scalar:
         beyond = first * rate_at(low + first * ahead, held, there) < 0.0
-        return jnp.where(beyond | (ahead > LONGEST_REST), ahead, 4.0 * ahead)
+        return jnp.where(beyond, ahead, REST_RATIO * ahead)
 
-    count = int(np.ceil(np.log(LONGEST_REST / SHORTEST_REST) / np.log(4.0)))
-    ahead = jax.lax.fori_loop(0, count, lambda _, t: further(t), jnp.full_like(low, SHORTEST_REST))
+    begin = jnp.full_like(low, FIRST_REST)
+    ahead = jax.lax.fori_loop(0, REST_STEPS, lambda _, ahead: further(ahead), begin)
     share = bisect(
         lambda share: first * rate_at(low + first * share * ahead, held, there),
         jnp.zeros_like(low),
         jnp.ones_like(low),
+        REST_HALVINGS,
     )
     value = jnp.where(first == 0.0, low, low + first * share * ahead)
     slope = jax.jvp(lambda x: rate_at(x, held, there), (value,), (jnp.ones_like(value),))[1]
