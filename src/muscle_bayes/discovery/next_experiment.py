@@ -26,7 +26,9 @@ NOISE = (".noise", ".discrepancy", ".correlation_time")
 FRESH = {"zero": 2.0, "start": 2.0, "hyst_stretch": 0.05}
 """Prior standard deviations of what is a new run's own [counts, counts, 1]."""
 COOLED = 1.0
-"""How near the room a cooling muscle comes before a setpoint of the room counts as reached, C."""
+"""How near its setpoint a cooling muscle comes before it counts as reached, C."""
+OVERSHOT, MOST_OVERSHOT = 0.5, 4.5
+"""By how much of a climb, and by how many C at most, the bench's law heats too far."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +93,12 @@ def course(plan: Plan, thermal: Thermal, size: int) -> tuple[np.ndarray, np.ndar
     for stage in _logged(plan.sequence.run[0].stage):
         goal = thermal.room if stage.setpoint_a is None else max(stage.setpoint_a, thermal.room)
         here = levels[-1]
-        if goal > here:
-            duration = (goal - here) / thermal.heating
-            times.append(times[-1] + duration)
-            levels.append(goal)
-        elif here > goal + COOLED:
-            gap = max(goal - thermal.room, COOLED)
+        if goal > here + COOLED:
+            here = goal + min(OVERSHOT * (goal - here), MOST_OVERSHOT)
+            times.append(times[-1] + (here - levels[-1]) / thermal.heating)
+            levels.append(here)
+        if here > goal + COOLED:
+            gap = max(goal + COOLED - thermal.room, COOLED)
             duration = np.log((here - thermal.room) / gap) / thermal.cooling
             steps = np.linspace(0.0, duration, 12)[1:]
             times += list(times[-1] + steps)
