@@ -17,7 +17,8 @@ EVENTS_SUFFIX: Final = ".events.jsonl"
 TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
-would jolt a simulated rotor, which would then stick a fifth of a count from where the real one does."""
+would jolt a simulated rotor, which would then stick elsewhere than the real one (by a quarter of a count
+in a sawtooth that was tried)."""
 _MASS_DECIMALS: Final = 6
 
 

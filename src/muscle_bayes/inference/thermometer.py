@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-LONGEST_HOLD = 0.6
-"""Changes that follow each other within this tell a meter's period, s."""
+LONGEST_HOLD = 3.0
+"""Changes that follow each other within this may tell a meter's period, s."""
 WINDOW = 1.5
 """Readings within this of an instant tell its temperature, s: long enough for some seven updates of
 a meter, short against the peaks at which friction makes the rotor turn back."""
@@ -42,6 +42,10 @@ def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     first = np.flatnonzero(np.diff(values) != 0.0) + 1
     spacing = np.diff(time[first])
     quick = spacing[spacing <= LONGEST_HOLD]
+    if (
+        quick.size
+    ):  # multiples of the period, now and then less: of those near the shortest, the middle
+        quick = quick[quick <= 1.5 * np.quantile(quick, 0.1)]
     period = max(float(np.median(quick)) if quick.size else usual, usual)
     unsure = 0.5 * period if period > 1.5 * usual else 0.0
     dated = rows[first - 1] <= max(0.5 * period, 1.5 * usual)
