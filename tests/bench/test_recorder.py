@@ -85,6 +85,17 @@ def test_temperatures_in_the_log_are_those_that_the_meter_showed(tmp_path):
     assert len(logged) > 15
 
 
+def test_the_metadata_tell_how_late_temperatures_are_logged(tmp_path):
+    trial = Trial(tmp_path, HOLD.format(90.0))
+    trial.record()
+    found = trial.run.metadata.thermometer
+    assert found is not None
+    # Half a turn of question and answer until the meter is asked, and its answer.
+    assert 0.0 < found.delay < 0.1
+    time = trial.run.table["time"].to_numpy()
+    np.testing.assert_allclose(time - trial.run.heat_time, found.delay)
+
+
 def test_settles_and_moves_on(tmp_path):
     trial = Trial(tmp_path, "[[stage]]\nsetpoint_a = 40.0\n[[stage]]\nsetpoint_a = 60.0\n")
     trial.record()

@@ -65,10 +65,12 @@ def test_load_changes_and_notes_replace_the_metadata_whole(tmp_path, metadata):
     file.change_load(12.3456, 0.166)
     file.change_load(12.3457, 0.167)  # the same millisecond
     file.note("And so on.")
+    file.tell_delay(0.04149)
     found = read_metadata(tmp_path / "x.toml")
     assert found.load.time == (0.0, 12.346)
     assert found.load.mass == (0.150, 0.167)
     assert found.notes == "by hand And so on."
+    assert found.thermometer.delay == 0.041
     file.close()
 
 

@@ -46,6 +46,13 @@ def test_constructed_in_python_is_checked_too():
         Metadata(protocol="free", origin="measured", element_a=NoElement())
 
 
+@pytest.mark.parametrize("delay", ["11", "nan", '"a while"'])
+def test_delay_of_the_thermometer_is_a_number_of_seconds(tmp_path, delay):
+    toml = TOML + f"\n[thermometer]\ndelay = {delay}\n"
+    with pytest.raises(RunError, match=r"a\.toml.*thermometer\.delay"):
+        parse_metadata(toml.encode(), tmp_path / "a.toml")
+
+
 LINEAR = TOML.replace("[fixture]", '[fixture]\nmotion = "linear"')
 COLUMNS = '\n[columns]\ntime = "t"\nposition = "q"\nposition_unit = "rad"\n'
 MUSCLE_B = TOML.replace('kind = "none"', 'kind = "muscle"\nbase_length = 0.1')

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from muscle_bayes.data import Run, read_run
+from muscle_bayes.data import Run, Thermometer, read_run
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import solved_at
@@ -42,6 +42,25 @@ def test_means_of_uneven_rows_are_those_of_even_ones(sawtooth: Run) -> None:
     paused = (nodes[:-1] >= time[2999]) & (nodes[1:] <= time[3000])
     assert paused.any()
     assert np.all(record.weight[paused] == 0.0)
+
+
+@pytest.mark.parametrize("record_of", [slow_record, fast_record])
+def test_temperatures_that_are_logged_late_are_dated_back(sawtooth: Run, record_of) -> None:
+    time = sawtooth.table["time"].to_numpy()
+    warm = 40.0 + 20.0 * np.sin(0.05 * time)
+    table = sawtooth.table.assign(temperature_a=warm, temperature_b=25.0)
+    late = 40.0 + 20.0 * np.sin(0.05 * (time - 0.8))
+    metadata = sawtooth.metadata.model_copy(update={"thermometer": Thermometer(delay=0.8)})
+    prompt = record_of(Run(sawtooth.name, None, sawtooth.metadata, table))
+    told = record_of(Run(sawtooth.name, None, metadata, table.assign(temperature_a=late)))
+    inside = (prompt.schedule.time > 5.0) & (prompt.schedule.time < time[-1] - 5.0)
+    found = np.interp(prompt.schedule.time, told.schedule.time, told.schedule.temperature[:, 0])
+    np.testing.assert_allclose(found[inside], prompt.schedule.temperature[inside, 0], atol=0.05)
+    silent = record_of(
+        Run(sawtooth.name, None, sawtooth.metadata, table.assign(temperature_a=late))
+    )
+    off = np.interp(prompt.schedule.time, silent.schedule.time, silent.schedule.temperature[:, 0])
+    assert np.abs(off - prompt.schedule.temperature[:, 0])[inside].max() > 0.7
 
 
 def test_load_changes_lie_on_nodes(sawtooth: Run) -> None:

@@ -43,6 +43,11 @@ class Heating:
         self._taken: Reading | None = None
 
     @property
+    def reading(self) -> Reading | None:
+        """The meter's newest."""
+        return self._taken
+
+    @property
     def trouble(self) -> str | None:
         """What keeps the heaters off, with its remedy; None if nothing does."""
         for channel in self.channels:

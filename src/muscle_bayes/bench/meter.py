@@ -38,6 +38,8 @@ class Reading:
     """host time of arrival, s"""
     temperatures: tuple[float | None, float | None]
     """T1 and T2, C; None where the channel is open (OL)"""
+    asked: float | None = None
+    """host time of the request, s; None where there was none"""
 
 
 def parse_answer(answer: bytes) -> tuple[float | None, float | None]:
@@ -129,7 +131,7 @@ class Meter:
             return
         self._buffer += received
         if len(self._buffer) == ANSWER_LENGTH:
-            self._latest = Reading(now, parse_answer(self._buffer))
+            self._latest = Reading(now, parse_answer(self._buffer), self._asked)
             self._asked, self._due = None, now
             return
         if len(self._buffer) > ANSWER_LENGTH or now - self._asked > ANSWER_TIME:

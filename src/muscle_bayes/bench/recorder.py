@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import cycle
 from math import isfinite
 from typing import Any, Final, Literal
 
@@ -23,8 +24,9 @@ from muscle_bayes.bench.temperature_control import PERIOD
 from muscle_bayes.data.sensor import sensor_of
 from muscle_bayes.errors import MuscleBayesError
 
-POLL: Final = 0.005
-"""s between looks at the lines."""
+POLLS: Final = (0.003, 0.005, 0.007, 0.004, 0.006)
+"""s between looks at the lines, by turns: at an even pace all samples might come as late as each
+other, and none would tell the board's clock."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
 _FIRST_READING: Final = 10.0
@@ -101,8 +103,9 @@ class Recorder:
         failure: MuscleBayesError | None = None
         try:
             self._start()
+            pauses = cycle(POLLS)
             while not (over := self._turn()):
-                self._clock.sleep(POLL)
+                self._clock.sleep(next(pauses))
             reason, complete = over, True
         except MuscleBayesError as error:
             failure, reason = error, str(error).rstrip(".")
@@ -158,6 +161,8 @@ class Recorder:
         if now >= self._next_figures:
             self._next_figures = now + FIGURES_EVERY
             self._tell("figures", **self._figures())
+            if self._file.metadata.thermometer is None:
+                self._tell_delay()
         return reason
 
     def _take_samples(self) -> str:
@@ -212,10 +217,15 @@ class Recorder:
 
     def _end(self, complete: bool, reason: str) -> None:
         with suppress(MuscleBayesError):  # on a full disk nothing more can be said
+            self._tell_delay()
             self._tell("end", complete=complete, reason=reason, **self._figures())
             if told := self._summary(complete, reason):
                 self._file.note(f"Recording: {'; '.join(told)}.")
         self._file.close()
+
+    def _tell_delay(self) -> None:
+        if (lag := self._rows.meter_lag.mean) is not None:
+            self._file.tell_delay(lag)
 
     def _summary(self, complete: bool, reason: str) -> list[str]:
         counts, rows = self._stream.counts, self._rows

@@ -3,6 +3,7 @@
 from typing import Final
 
 from muscle_bayes.bench.heating import Heating
+from muscle_bayes.bench.meter_lag import MeterLag
 from muscle_bayes.bench.run_file import Row, RunFile
 from muscle_bayes.bench.samples import Tell, TimedSample
 
@@ -20,6 +21,7 @@ class RowWriter:
         """of the newest row, s after the first"""
         self.gaps = 0
         self.longest_gap = 0.0
+        self.meter_lag = MeterLag()
         self._file = file
         self._heating = heating
         self._gap = max(GAP, 10 * period)
@@ -47,6 +49,7 @@ class RowWriter:
             self.gaps += 1
             self.longest_gap = max(self.longest_gap, time - self.time)
             self._tell("gap", start=self.time, end=time, causes=list(causes))
+        self.meter_lag.row(sample.time, heating.reading)
         a, b = heating.channels
         self._file.append(
             Row(

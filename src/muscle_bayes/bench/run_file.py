@@ -9,7 +9,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.data import HEADER, Load, Metadata
+from muscle_bayes.data import HEADER, Load, Metadata, Thermometer
 from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
@@ -123,6 +123,10 @@ class RunFile:
             )
             steps[max(at, load.time[-1])] = round(reached, _MASS_DECIMALS)
         self._amend(load=Load(time=tuple(steps), mass=tuple(steps.values())))
+
+    def tell_delay(self, delay: float) -> None:
+        """Temperatures are logged `delay` [s] later than readings. Raises RunFileError."""
+        self._amend(thermometer=Thermometer(delay=round(delay, TIME_DECIMALS)))
 
     def note(self, text: str) -> None:
         """Add a sentence to the metadata's notes. Raises RunFileError."""

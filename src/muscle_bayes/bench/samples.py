@@ -8,9 +8,12 @@ from muscle_bayes.bench.board import Board
 from muscle_bayes.bench.clock import BoardClock, Clock
 from muscle_bayes.bench.protocol import Boot, ChecksumReport, Garbled, Sample
 from muscle_bayes.bench.statistics import Histogram
+from muscle_bayes.bench.transport import BOARD_BAUD
 
 SILENT_AFTER: Final = 1.0
 """Age of the newest sample at which the stream counts as stalled, s, or five periods."""
+_LINE_TIME: Final = 32 * 10 / BOARD_BAUD
+"""s that a sample's usual 32 bytes are on the line; what USB adds is not known."""
 _NUMBERS: Final = 0x10000
 
 Tell = Callable[..., None]
@@ -107,7 +110,7 @@ class SampleStream:
                 self._tell("samples lost", count=lost)
             else:
                 self.spacing.add(((sample.micros - last.micros) % 2**32) / 1e6)
-        stamp = self.board_clock.stamp(sample.micros, now)
+        stamp = self.board_clock.stamp(sample.micros, now - _LINE_TIME)
         if stamp.step:
             self._tell("board clock set anew", step=round(stamp.step, 3))
         else:

@@ -111,9 +111,11 @@ def replicate(
         lanes = []
         for index, (group, one) in enumerate(zip(data.lanes, found, strict=True)):
             key = jax.random.fold_in(key_readings, index)
-            noise = disturbances(key, values, group, layout, layout.regimes[index])
-            place = "reading" if known is None else "again"
-            lanes.append(group._replace(**{place: one.averaged + noise}))
+            noise = disturbances(key, values, one.averaged, group, layout.regimes[index])
+            again = one.averaged + noise
+            lanes.append(
+                group._replace(reading=again) if known is None else group._replace(again=again)
+            )
         drawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
         if np.isfinite(potential_at(vector, layout, drawn.data)):
             return values, drawn

@@ -15,7 +15,7 @@ from muscle_bayes.data.reader import find_runs, read_run, read_runs
 from muscle_bayes.data.repair import Repair
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import Sensor
-from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer
+from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer, Thermometer
 from muscle_bayes.data.writer import write_run
 
 __all__ = [
@@ -36,6 +36,7 @@ __all__ = [
     "RunError",
     "Sensor",
     "SpringElement",
+    "Thermometer",
     "find_runs",
     "read_metadata",
     "read_run",

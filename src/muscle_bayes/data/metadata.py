@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from muscle_bayes.conventions import PositionUnit
 from muscle_bayes.data.elements import ArmElement, Element, NoElement, Table
-from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer
+from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer, Thermometer
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free"]
 Origin = Literal["synthetic", "measured"]
@@ -25,6 +25,7 @@ class Metadata(Table):
     notes: str = ""
     fixture: Fixture = Fixture()
     potentiometer: Potentiometer | None = None
+    thermometer: Thermometer | None = None
     columns: Columns | None = None
     element_a: Element
     element_b: Element = NoElement()

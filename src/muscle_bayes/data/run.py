@@ -76,6 +76,12 @@ class Run:
         return self.metadata.position_unit
 
     @cached_property
+    def heat_time(self) -> np.ndarray:
+        """When the rows' temperatures were measured, s on the table's clock, shape (rows,)."""
+        meter = self.metadata.thermometer
+        return self.table["time"].to_numpy() - (0.0 if meter is None else meter.delay)
+
+    @cached_property
     def sensor(self) -> Sensor:
         """Conversion between readings and the rotor coordinate."""
         return sensor_of(self.metadata, self.table["reading"].to_numpy())

@@ -54,6 +54,13 @@ class Potentiometer(Table):
         return self
 
 
+class Thermometer(Table):
+    """What measures the temperature columns."""
+
+    delay: Annotated[float, Field(ge=-10, le=10)]
+    """s by which temperatures are logged later than the readings of the same instant"""
+
+
 class Columns(Table):
     """Names of a log's columns, where they are not the fixture's own."""
 

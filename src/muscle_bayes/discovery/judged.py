@@ -51,7 +51,8 @@ def predictions(nested: Nested, fitted: Fitted, seed: int) -> list[Prediction]:
         if near is None:
             continue
         for group, (lanes, regime) in enumerate(zip(data.lanes, layout.regimes, strict=True)):
-            extra = disturbances(jax.random.fold_in(key, group), values, lanes, layout, regime)
+            now = jax.random.fold_in(key, group)
+            extra = disturbances(now, values, jnp.asarray(middle[group]), lanes, regime)
             models[group].append(middle[group] + (near[group] - middle[group]) / SHARE)
             noises[group].append(np.asarray(extra))
     parts: dict[int, list[dict[str, np.ndarray]]] = {}

@@ -11,7 +11,7 @@ from numpyro.distributions import biject_to
 
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.lane_model import LanePrediction, Values, predictions, zeros_of
-from muscle_bayes.inference.noise import NoiseParameters, reading_variance, whiten
+from muscle_bayes.inference.noise import NoiseParameters, reading_variance, time_in_motion, whiten
 from muscle_bayes.inference.prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 
@@ -72,7 +72,8 @@ def _explain(
         back = (lane.start - lane.pivot) / lane.start_spread
         columns = columns - (prediction.reach @ back)[:, None]
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
-    errors, log_scale = whiten(_guarded(columns), lane.time, variance, seen, noise)
+    elapsed = time_in_motion(_guarded(prediction.reading), lane.time, noise)
+    errors, log_scale = whiten(_guarded(columns), elapsed, variance, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
     log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
     if prediction.reach is not None:

@@ -12,9 +12,9 @@ from muscle_bayes.physics.linkage import Scalar
 class NoiseParameters(NamedTuple):
     """Of one regime, in units of the sensor's reading.
 
-    reading = model + discrepancy(t) + white;  discrepancy is an Ornstein-Uhlenbeck process,
-    cov(t, t') = discrepancy^2 exp(-|t - t'| / correlation_time): readings 0.03 s apart are not
-    independent, and no model is exact.
+    reading = model + discrepancy(s) + white;  discrepancy is an Ornstein-Uhlenbeck process,
+    cov(s, s') = discrepancy^2 exp(-|s - s'| / correlation_time): readings 0.03 s apart are not
+    independent, and no model is exact. Its clock s runs while the model moves (`time_in_motion`).
     """
 
     noise: Scalar
@@ -22,7 +22,28 @@ class NoiseParameters(NamedTuple):
     discrepancy: Scalar
     """Stationary standard deviation of the discrepancy."""
     correlation_time: Scalar
-    """Its correlation time, s."""
+    """Its correlation time in motion, s."""
+
+
+AT_REST = 0.01
+"""Speed of the discrepancy's clock while the model is at rest: a model may be wrong about resting."""
+
+
+def time_in_motion(
+    predicted: Float[Array, " interval"],
+    time: Float[Array, " interval"],
+    parameters: NoiseParameters,
+) -> Float[Array, " interval"]:
+    """Time by which the discrepancy's clock goes on up to each reading [s]; 0 up to the first.
+
+    A rotor that friction holds keeps the error with which it stopped, however long: the clock runs
+    at m^2 / (m^2 + d^2), m being how far the model moves per correlation time and d the size of the
+    discrepancy, and at AT_REST at least.
+    """
+    gaps = jnp.diff(time, prepend=time[:1])
+    moved = jnp.diff(predicted, prepend=predicted[:1])
+    still = parameters.discrepancy * jnp.where(gaps > 0.0, gaps, 1.0) / parameters.correlation_time
+    return gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still**2))
 
 
 def reading_variance(
@@ -46,19 +67,19 @@ class Whitened(NamedTuple):
 
 def whiten(
     residual: Float[Array, "interval column"],
-    time: Float[Array, " interval"],
+    elapsed: Float[Array, " interval"],
     variance: Float[Array, " interval"],
     observed: Float[Array, " interval"],
     parameters: NoiseParameters,
 ) -> Whitened:
     """Kalman filter of the discrepancy: each column's errors given the column's past.
 
+    `elapsed` is by how much its clock goes on up to each reading [s] (`time_in_motion`).
     Gains do not depend on the residual, so columns (a residual and its sensitivities) share them,
     and the log density of column k is -sum(errors[:, k]^2)/2 - sum(log_scale) - n log(2 pi)/2.
     """
     stationary = parameters.discrepancy**2
-    gaps = jnp.diff(time, prepend=time[:1])
-    fade = jnp.exp(-gaps / parameters.correlation_time)
+    fade = jnp.exp(-elapsed / parameters.correlation_time)
 
     def step(carry, now):
         state, spread = carry

@@ -10,8 +10,8 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.batches import of_draws
 from muscle_bayes.inference.density import NoiseParameters, noise_of
-from muscle_bayes.inference.noise import reading_variance
-from muscle_bayes.inference.problem import Lanes, Layout, Problem
+from muscle_bayes.inference.noise import reading_variance, time_in_motion
+from muscle_bayes.inference.problem import Lanes, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import solved_at, unconstrained
 
@@ -54,12 +54,18 @@ class Prediction(NamedTuple):
 
 
 @Program
-def disturbances(key, values: dict[str, Array], lanes: Lanes, layout: Layout, regime: str):
-    """Discrepancy and noise of every lane for one draw."""
+def disturbances(
+    key: Array,
+    values: Mapping[str, Array],
+    predicted: Float[Array, "lane interval"],
+    lanes: Lanes,
+    regime: str,
+) -> Float[Array, "lane interval"]:
+    """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
     noise: NoiseParameters = noise_of(values, regime)
     key_lasting, key_white = jax.random.split(key)
-    gaps = jnp.diff(lanes.time, axis=1, prepend=lanes.time[:, :1])
-    fade = jnp.exp(-gaps / noise.correlation_time)
+    elapsed = jax.vmap(time_in_motion, (0, 0, None))(predicted, lanes.time, noise)
+    fade = jnp.exp(-elapsed / noise.correlation_time)
     kicks = jax.random.normal(key_lasting, lanes.time.shape)
     first = kicks[:, 0] * noise.discrepancy
 
@@ -89,10 +95,10 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
     )
     for response, lanes, regime, owners in groups:
 
-        def disturb(key, values, lanes=lanes, regime=regime):
-            return disturbances(key, values, lanes, problem.layout, regime)
+        def disturb(key, values, predicted, lanes=lanes, regime=regime):
+            return disturbances(key, values, predicted, lanes, regime)
 
-        extra = jax.vmap(disturb)(keys, draws)
+        extra = jax.vmap(disturb)(keys, draws, response.averaged)
         for lane, owner in enumerate(owners):
             result.setdefault(owner, []).append(_piece(lanes, lane, response, extra))
     return [_joined(problem, index, result[index]) for index in sorted(result)]

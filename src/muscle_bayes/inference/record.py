@@ -126,7 +126,7 @@ def _slow_nodes(run: Run) -> np.ndarray:
     even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / CURVATURE_SPAN)) + 1)
     bend = np.zeros(even.size)
     for side in "ab":
-        second = course(time, run.table[f"temperature_{side}"].to_numpy(), even).curvature
+        second = course(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), even).curvature
         # A bend is felt before and after the point at which it is measured.
         bend = np.maximum(bend, maximum_filter1d(np.abs(second), 5))
     wanted = np.sqrt(8.0 * TEMPERATURE_TOLERANCE / np.maximum(bend, 1e-12))
@@ -195,8 +195,8 @@ def slow_record(run: Run) -> Record:
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
-    temperature = np.stack([course(time, one, nodes).value for one in logged], 1)
-    slowing = np.stack([braking(time, one, nodes) for one in logged], 1)
+    temperature = np.stack([course(run.heat_time, one, nodes).value for one in logged], 1)
+    slowing = np.stack([braking(run.heat_time, one, nodes) for one in logged], 1)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     applied = _means(run.table["applied"].to_numpy(), owner, size)
@@ -244,7 +244,7 @@ def fast_record(run: Run) -> Record:
     impulse = np.concatenate([[0.0], np.cumsum(0.5 * (applied[1:] + applied[:-1]) * np.diff(time))])
     force = np.diff(np.interp(nodes, time, impulse)) / np.diff(nodes)
     temperature = np.stack(
-        [np.interp(nodes, time, run.table[f"temperature_{side}"]) for side in "ab"], 1
+        [np.interp(nodes, run.heat_time, run.table[f"temperature_{side}"]) for side in "ab"], 1
     )
     schedule = Schedule(nodes, temperature, load, force, np.zeros_like(temperature))
     first, slope = _start(run)
