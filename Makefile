@@ -68,8 +68,8 @@ STUDIED := reports/posteriors
 control: $(READY) ## tune and judge gains over `make study`'s posteriors, write docs/control-*.md (long)
 	@$(BIN)/python scripts/control_findings.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --heater data/sawtooth.csv
 	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --each
-	@$(BIN)/python scripts/fit_touching_coils.py $(STUDIED)
-	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/touching.nc --misled $(STUDIED)/touching-unseen.nc --fixture $(STUDIED)/fixture-linear.nc --out docs/control-discrepancy.md
+	@$(BIN)/python scripts/fit_hidden_effect.py $(STUDIED)
+	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/hidden.nc --misled $(STUDIED)/hidden-unseen.nc --fixture $(STUDIED)/fixture-linear.nc --out docs/control-discrepancy.md
 	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)

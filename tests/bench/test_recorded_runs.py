@@ -84,6 +84,8 @@ def judged(recorded, fixture_posterior):
     def of(name):
         out, log = folder / f"{name}.nc", folder / "runs" / f"{name}.csv"
         options = ("--given", fixture_posterior, "--out", out, "--preset", "quick", "--seed", 1)
+        # When within its cycle of 0.4 s the meter measures is not known to some hundredths of a second.
+        options += ("--effect", "clock-offset")
         result = run("fit", log, *options)
         print(result.output)
         assert out.exists(), result.output
@@ -103,16 +105,7 @@ def test_posterior_covers_every_quantity_of_the_plant(judged, name):
     assert farthest < 3.0
 
 
-TOO_SURE = "where the rotor sticks, errors of a peak's temperature outlast the likelihood's memory"
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "staircase-139g",
-        pytest.param("sawtooth", marks=pytest.mark.xfail(reason=TOO_SURE, strict=True)),
-    ],
-)
+@pytest.mark.parametrize("name", ["staircase-139g", "sawtooth"])
 def test_posterior_covers_the_plant_jointly(judged, name):
     draws, truth = judged(name)
     deviation = truth - draws.mean(axis=0)

@@ -1,7 +1,7 @@
-"""Staircases of a muscle whose coils touch, fitted with and without knowing it.
+"""Staircases of a muscle whose heat comes late, fitted with and without knowing it.
 
-python scripts/fit_touching_coils.py FOLDER writes touching.nc and touching-unseen.nc there. The runs are
-synthetic: the shipped plan's staircases with coil contact hidden in its default size.
+python scripts/fit_hidden_effect.py FOLDER writes hidden.nc and hidden-unseen.nc there. The runs are
+synthetic: the shipped plan's staircases with a thermal lag hidden in its default size.
 """
 
 import sys
@@ -18,7 +18,7 @@ from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.twin import EFFECTS, simulate
 from muscle_bayes.twin.shipped import SEED, shipped_runs
 
-HIDDEN = "coil-contact"
+HIDDEN = "thermal-lag"
 
 
 def main(folder: Path) -> None:
@@ -32,7 +32,7 @@ def main(folder: Path) -> None:
                 run = simulate(replace(rig, truth=truth), protocol, (SEED, number))
                 write_run(Path(runs), name, run.log, run.metadata)
         read = read_runs([Path(runs)])
-    for name, effects in (("touching", (HIDDEN,)), ("touching-unseen", ())):
+    for name, effects in (("hidden", (HIDDEN,)), ("hidden-unseen", ())):
         with fit_progress(name) as report:
             posterior = fit(read, "coulomb", effects, effort=QUICK, given=given, report=report)
         posterior.save(folder / f"{name}.nc")
