@@ -1,10 +1,14 @@
 """The filter against the dense Gaussian density that it factorises."""
 
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.stats import multivariate_normal
 
+from muscle_bayes.data import read_run
 from muscle_bayes.inference.noise import (
     AT_REST,
     NoiseParameters,
@@ -12,12 +16,28 @@ from muscle_bayes.inference.noise import (
     time_in_motion,
     whiten,
 )
+from muscle_bayes.inference.predict import disturbances
+from muscle_bayes.inference.problem import pose
 
 TIME = np.array([0.0, 0.03, 0.07, 0.5, 0.5, 2.0])
 SEEN = np.array([1.0, 1.0, 0.0, 1.0, 0.0, 1.0])
 NOISE = NoiseParameters(0.4, 1.3, 0.6)
 ELAPSED = np.diff(TIME, prepend=0.0)
+CALM = np.zeros(6)
 VARIANCE = np.array([0.2, 0.3, 0.1, 0.2, 0.5, 0.4])
+
+
+@pytest.fixture
+def sawtooth_lanes():
+    """One lane of plain readings a second apart, the load jumping at 30 s."""
+    run = read_run(Path(__file__).parents[2] / "data" / "sawtooth.csv")
+    with jax.enable_x64(True):
+        lanes = pose([run]).data.lanes[0]
+    time = np.arange(90.0)
+    plain = {name: np.ones((1, 90)) for name in ("weight", "reading")}
+    jolted = np.where(time == 30.0, 4.0, 0.0)[None]
+    lanes = lanes._replace(time=time[None], coarse=np.zeros((1, 90)), jolted=jolted, **plain)
+    return lanes, time
 
 
 def dense_covariance() -> np.ndarray:
@@ -29,7 +49,7 @@ def dense_covariance() -> np.ndarray:
 
 def test_log_density_is_that_of_the_dense_gaussian() -> None:
     residual = np.array([0.3, -1.0, 99.0, 2.0, 99.0, 0.1])
-    result = whiten(jnp.asarray(residual)[:, None], ELAPSED, VARIANCE, SEEN, NOISE)
+    result = whiten(jnp.asarray(residual)[:, None], ELAPSED, VARIANCE, CALM, SEEN, NOISE)
     ours = -0.5 * (result.errors**2).sum() - result.log_scale.sum()
     ours -= 0.5 * SEEN.sum() * np.log(2 * np.pi)
     dense = multivariate_normal(cov=dense_covariance()).logpdf(residual[SEEN > 0])
@@ -38,7 +58,7 @@ def test_log_density_is_that_of_the_dense_gaussian() -> None:
 
 def test_columns_are_whitened_by_the_same_map() -> None:
     columns = np.random.default_rng(1).normal(size=(6, 3))
-    errors = np.asarray(whiten(jnp.asarray(columns), ELAPSED, VARIANCE, SEEN, NOISE).errors)
+    errors = np.asarray(whiten(jnp.asarray(columns), ELAPSED, VARIANCE, CALM, SEEN, NOISE).errors)
     chosen = SEEN > 0
     precision = np.linalg.inv(dense_covariance())
     expected = columns[chosen].T @ precision @ columns[chosen]
@@ -46,7 +66,7 @@ def test_columns_are_whitened_by_the_same_map() -> None:
 
 
 def test_unobserved_intervals_say_nothing() -> None:
-    errors = whiten(jnp.full((6, 1), 7.0), ELAPSED, VARIANCE, SEEN, NOISE)
+    errors = whiten(jnp.full((6, 1), 7.0), ELAPSED, VARIANCE, CALM, SEEN, NOISE)
     assert np.all(np.asarray(errors.errors)[SEEN == 0] == 0.0)
     assert np.all(np.asarray(errors.log_scale)[SEEN == 0] == 0.0)
 
@@ -84,15 +104,71 @@ def test_readings_of_a_rotor_at_rest_tell_one_position_however_many_they_are() -
     resting = time >= 500
     parameters = NoiseParameters(0.01, 0.3, 0.5)
     shift = np.where(resting, 0.3, 0.0)[:, None]
-    variance = np.full(time.size, parameters.noise**2)
+    variance, calm = np.full(time.size, parameters.noise**2), np.zeros(time.size)
     elapsed = time_in_motion(model, time, parameters)
-    lasting = whiten(jnp.asarray(shift), elapsed, variance, np.ones(time.size), parameters)
+    lasting = whiten(jnp.asarray(shift), elapsed, variance, calm, np.ones(time.size), parameters)
     renewed = whiten(
         jnp.asarray(shift),
         np.diff(time, prepend=0.0),
         variance,
+        calm,
         np.ones(time.size),
         parameters,
     )
     assert float((lasting.errors**2).sum()) < 15.0
     assert float((renewed.errors**2).sum()) > 100.0
+
+
+def test_a_jolt_leaves_the_position_open_until_the_model_has_moved_on() -> None:
+    """Against the dense covariance, to which the jolt adds a step that motion forgets."""
+    elapsed = np.array([0.0, 0.3, 0.1, 0.0, 0.2, 9.0])
+    jolted = np.array([0.0, 0.0, 4.0, 0.0, 0.0, 0.0])
+    fade = np.exp(-elapsed / NOISE.correlation_time)
+    whole, spread = np.zeros((6, 6)), np.zeros(6)
+    for i in range(6):
+        before = spread[i - 1] if i else NOISE.discrepancy**2
+        kept = fade[i] ** 2 * before
+        spread[i] = kept + (1.0 - fade[i] ** 2) * NOISE.discrepancy**2 + jolted[i]
+        whole[i, i] = spread[i]
+        for j in range(i):
+            whole[i, j] = whole[j, i] = spread[j] * np.prod(fade[j + 1 : i + 1])
+    assert spread[3] == spread[2] > 4.0
+    assert spread[5] == pytest.approx(NOISE.discrepancy**2, rel=1e-6)
+    residual = np.array([0.3, -1.0, 2.5, 2.0, 1.7, 0.1])
+    ones = np.ones(6)
+    result = whiten(jnp.asarray(residual)[:, None], elapsed, VARIANCE, jolted, ones, NOISE)
+    ours = -0.5 * (result.errors**2).sum() - result.log_scale.sum() - 3.0 * np.log(2 * np.pi)
+    dense = multivariate_normal(cov=whole + np.diag(VARIANCE)).logpdf(residual)
+    np.testing.assert_allclose(ours, dense, rtol=1e-12)
+
+
+def test_drawn_disturbances_have_the_covariance_that_is_filtered(sawtooth_lanes) -> None:
+    """Of a rotor that moves, is jolted, rests and moves on: draws against the filter's variance."""
+    lanes, time = sawtooth_lanes
+    model = np.where(time < 30.0, 3.0 * time, np.where(time < 60.0, 90.0, 3.0 * time - 90.0))
+    values = {f"slow.{key}": jnp.asarray(value) for key, value in NOISE._asdict().items()}
+    keys = jax.random.split(jax.random.key(0), 4000)
+    draw = jax.vmap(lambda key: disturbances(key, values, model[None], lanes, "slow")[0])
+    drawn = np.asarray(draw(keys))
+    elapsed = np.asarray(time_in_motion(model, time, NOISE))
+    jolted = np.asarray(lanes.jolted[0])
+    spread, wanted = NOISE.discrepancy**2, []
+    for passed, jolt in zip(elapsed, jolted, strict=True):
+        kept = np.exp(-2.0 * passed / NOISE.correlation_time)
+        spread = kept * spread + (1.0 - kept) * NOISE.discrepancy**2 + jolt
+        wanted.append(spread + NOISE.noise**2)
+    np.testing.assert_allclose(drawn.var(axis=0), wanted, rtol=0.1)
+    # The filter standardises what was drawn.
+    white = jax.vmap(
+        lambda one: whiten(
+            one[:, None],
+            elapsed,
+            np.full(time.size, NOISE.noise**2),
+            jolted,
+            np.ones(time.size),
+            NOISE,
+        ).errors[:, 0]
+    )
+    errors = np.asarray(white(jnp.asarray(drawn)))
+    np.testing.assert_allclose(errors.var(axis=0), 1.0, rtol=0.1)
+    assert abs(np.corrcoef(errors[:, 10], errors[:, 11])[0, 1]) < 0.06

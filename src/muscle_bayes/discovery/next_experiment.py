@@ -219,6 +219,7 @@ def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
         time=jnp.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1])),
         weight=weight,
         coarse=jnp.full_like(lanes.coarse, 1.0 / 12.0) / jnp.maximum(weight, 1.0),
+        jolted=jnp.zeros_like(lanes.jolted),
         swing=jnp.zeros_like(lanes.swing),
     )
 

@@ -73,7 +73,7 @@ def _explain(
         columns = columns - (prediction.reach @ back)[:, None]
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
     elapsed = time_in_motion(_guarded(prediction.reading), lane.time, noise)
-    errors, log_scale = whiten(_guarded(columns), elapsed, variance, seen, noise)
+    errors, log_scale = whiten(_guarded(columns), elapsed, variance, lane.jolted, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
     log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
     if prediction.reach is not None:

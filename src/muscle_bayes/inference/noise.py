@@ -69,12 +69,14 @@ def whiten(
     residual: Float[Array, "interval column"],
     elapsed: Float[Array, " interval"],
     variance: Float[Array, " interval"],
+    jolted: Float[Array, " interval"],
     observed: Float[Array, " interval"],
     parameters: NoiseParameters,
 ) -> Whitened:
     """Kalman filter of the discrepancy: each column's errors given the column's past.
 
-    `elapsed` is by how much its clock goes on up to each reading [s] (`time_in_motion`).
+    `elapsed` is by how much its clock goes on up to each reading [s] (`time_in_motion`), `jolted` the
+    variance that a jump of the load has added by then.
     Gains do not depend on the residual, so columns (a residual and its sensitivities) share them,
     and the log density of column k is -sum(errors[:, k]^2)/2 - sum(log_scale) - n log(2 pi)/2.
     """
@@ -83,8 +85,9 @@ def whiten(
 
     def step(carry, now):
         state, spread = carry
-        value, decay, noise, seen = now
-        state, spread = decay * state, decay**2 * spread + (1.0 - decay**2) * stationary
+        value, decay, noise, jolt, seen = now
+        state = decay * state
+        spread = decay**2 * spread + (1.0 - decay**2) * stationary + jolt
         total = spread + noise
         gain = seen * spread / total
         error = value - state
@@ -93,5 +96,5 @@ def whiten(
         return (state + gain * error, (1.0 - gain) * spread), out
 
     start = jnp.zeros(residual.shape[1]), stationary
-    _, (errors, log_scale) = jax.lax.scan(step, start, (residual, fade, variance, observed))
+    _, (errors, log_scale) = jax.lax.scan(step, start, (residual, fade, variance, jolted, observed))
     return Whitened(errors, log_scale)

@@ -43,7 +43,7 @@ def _fit(
         residual = lane.reading - reading
         columns = jnp.concatenate([residual[:, None], reach], axis=1)
         elapsed = time_in_motion(reading, lane.time, noise)
-        errors, _ = whiten(columns, elapsed, variance, seen, noise)
+        errors, _ = whiten(columns, elapsed, variance, lane.jolted, seen, noise)
         z, s = errors[:, 0], errors[:, 1:]
         away = (lane.pivot - lane.start) / lane.start_spread
         step = jnp.linalg.solve(jnp.eye(2) + s.T @ s, s.T @ z - away)

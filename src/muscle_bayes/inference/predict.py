@@ -70,11 +70,12 @@ def disturbances(
     first = kicks[:, 0] * noise.discrepancy
 
     def step(state, now):
-        decay, kick = now
-        state = decay * state + noise.discrepancy * jnp.sqrt(1.0 - decay**2) * kick
+        decay, kick, jolt = now
+        spread = (1.0 - decay**2) * noise.discrepancy**2 + jolt
+        state = decay * state + jnp.sqrt(spread) * kick
         return state, state
 
-    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T))
+    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T, lanes.jolted.T))
     variance = reading_variance(noise, lanes.weight, lanes.coarse, lanes.quantum[:, None])
     return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
 

@@ -41,6 +41,8 @@ class Lanes(NamedTuple):
     reading: Float[Array, "lane interval"]
     weight: Float[Array, "lane interval"]
     coarse: Float[Array, "lane interval"]
+    jolted: Float[Array, "lane interval"]
+    """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
     scale: Float[Array, " lane"]
     """Coordinate per unit of reading, with sign."""
     quantum: Float[Array, " lane"]
@@ -124,6 +126,7 @@ def _pad(record: Record, size: int) -> Record:
         reading=zeros(record.reading),
         weight=zeros(record.weight),
         coarse=zeros(record.coarse),
+        jolted=zeros(record.jolted),
     )
 
 
@@ -148,6 +151,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         reading=np.stack([record.reading for record in padded]),
         weight=np.stack([record.weight for record in padded]),
         coarse=np.stack([record.coarse for record in padded]),
+        jolted=np.stack([record.jolted for record in padded]),
         scale=np.array([run.sensor.sign * run.sensor.scale for run in runs]),
         quantum=np.array([run.sensor.resolution for run in runs]),
         run=np.asarray(index, dtype=np.int32),

@@ -23,11 +23,9 @@ SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
 PAUSE = 3.0
 """Rows farther apart than this many usual distances have a gap between them."""
-UNSURE_FOR, DRIVEN = 30.0, 5.0
-"""Longest time [s] after a jump of the load for which readings count little, and change of temperature
-[C] that ends it."""
-UNSURE = 1.0
-"""Variance that such readings have besides, in squared quanta."""
+JOLT, POUR = 2.0, 10.0
+"""Variance that a change of the load adds to a slow run's discrepancy, in squared quanta, and how near to
+each other jumps are parts of one change [s]."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
 CURVATURE_SPAN = 0.5
@@ -57,6 +55,8 @@ class Record(NamedTuple):
     """Number of independent readings in the mean; 0 where nothing is observed."""
     coarse: Float[Array, " interval"]
     """Variance of quantisation error in the mean, in squared quanta."""
+    jolted: Float[Array, " interval"]
+    """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
     start_reading: float
     """First reading of the record [the log's unit]."""
     start_speed: float
@@ -171,19 +171,19 @@ def _centred(
     return moved
 
 
-def _unsure(middles: np.ndarray, jumps: np.ndarray, temperature: np.ndarray) -> np.ndarray:
-    """Variance of slow readings after jumps of the load, in squared quanta.
+def _jolted(begins: np.ndarray, load: np.ndarray, resolution: float) -> np.ndarray:
+    """Variance that jumps of the load add to the discrepancy in each interval [log's unit^2].
 
     A jolted rotor swings and comes to rest anywhere within friction's reach, by details that nobody
     logs, as how water was poured. There it stays until heat drives it on.
     """
-    extra = np.zeros(middles.size)
-    before = temperature[np.maximum(np.searchsorted(middles, jumps) - 1, 0)]
-    for jump, cold in zip(jumps, before, strict=True):
-        driven = (middles > jump) & (np.abs(temperature - cold).max(axis=1) > DRIVEN)
-        end = min(np.min(middles[driven], initial=np.inf), jump + UNSURE_FOR)
-        extra[(middles > jump) & (middles < end)] = UNSURE
-    return extra
+    jumps = np.abs(np.diff(load, prepend=load[:1]))
+    jumped = np.flatnonzero(jumps)
+    jolted = np.zeros(load.size)
+    for one in jumped:
+        near = jumped[np.abs(begins[jumped] - begins[one]) < POUR]
+        jolted[one] = JOLT * resolution**2 * jumps[one] / jumps[near].sum()
+    return jolted
 
 
 def slow_record(run: Run) -> Record:
@@ -203,10 +203,10 @@ def slow_record(run: Run) -> Record:
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     mean = _centred(mean_time, mean, weight, coarse, middles)
-    coarse = coarse + _unsure(middles, jumps, 0.5 * (temperature[1:] + temperature[:-1]))
+    jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
     schedule = Schedule(nodes, temperature, load, applied, slowing)
     first, slope = _start(run)
-    return Record(schedule, middles, mean, weight, coarse, first, slope)
+    return Record(schedule, middles, mean, weight, coarse, jolted, first, slope)
 
 
 def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
@@ -254,6 +254,7 @@ def fast_record(run: Run) -> Record:
         reading=merged(mean, 0.0)[1:],
         weight=merged(weight, 0.0)[1:],
         coarse=merged(coarse, 0.0)[1:],
+        jolted=np.zeros(nodes.size - 1),
         start_reading=first,
         start_speed=slope,
     )
@@ -279,8 +280,9 @@ def segments(run: Run, record: Record) -> list[Record]:
         time, reading = record.time[steps], record.reading[steps]
         near = slice(0, min(time.size, 8))
         slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
-        weight, coarse = record.weight[steps], record.coarse[steps]
-        result.append(Record(schedule, time, reading, weight, coarse, float(value), float(slope)))
+        weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
+        start = float(value), float(slope)
+        result.append(Record(schedule, time, reading, weight, coarse, jolted, *start))
     return result
 
 

@@ -107,6 +107,7 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
         reading=lanes.reading[:, between],
         weight=lanes.weight[:, between],
         coarse=lanes.coarse[:, between],
+        jolted=lanes.jolted[:, between],
         swing=lanes.swing[:, between],
     )
 
