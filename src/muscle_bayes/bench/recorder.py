@@ -217,10 +217,10 @@ class Recorder:
 
     def _end(self, complete: bool, reason: str) -> None:
         with suppress(MuscleBayesError):  # on a full disk nothing more can be said
-            self._tell_delay()
             self._tell("end", complete=complete, reason=reason, **self._figures())
             if told := self._summary(complete, reason):
                 self._file.note(f"Recording: {'; '.join(told)}.")
+            self._tell_delay()
         self._file.close()
 
     def _tell_delay(self) -> None:

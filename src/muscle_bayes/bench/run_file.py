@@ -63,9 +63,9 @@ def format_row(row: Row) -> bytes:
 class RunFile:
     """NAME.toml, NAME.csv and NAME.events.jsonl of one run.
 
-    The metadata is written first and replaced as a whole when the load changes. The log appears with
-    its first two rows (the reader needs them), and from then on every row is one write of a whole
-    line that the system holds before `append` returns: a kill loses at most one row. A write that
+    The metadata is written first and replaced as a whole when the load changes or more is known. The log
+    appears with its first two rows (the reader needs them), and from then on every row is one write of a
+    whole line that the system holds before `append` returns: a kill loses at most one row. A write that
     fails, as on a full disk, is taken back to the end of the last whole row.
     """
 
