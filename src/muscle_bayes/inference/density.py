@@ -11,7 +11,7 @@ from numpyro.distributions import biject_to
 
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.lane_model import LanePrediction, Values, predictions, zeros_of
-from muscle_bayes.inference.noise import NoiseParameters, reading_variance, time_in_motion, whiten
+from muscle_bayes.inference.noise import NoiseParameters, elapsed_time, reading_variance, whiten
 from muscle_bayes.inference.prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 
@@ -56,7 +56,7 @@ def _guarded(residual: Array) -> Array:
 
 
 def _explain(
-    lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters
+    lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> LaneFit:
     """Density of a lane's readings.
 
@@ -72,7 +72,7 @@ def _explain(
         back = (lane.start - lane.pivot) / lane.start_spread
         columns = columns - (prediction.reach @ back)[:, None]
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
-    elapsed = time_in_motion(_guarded(prediction.reading), lane.time, noise)
+    elapsed = elapsed_time(_guarded(prediction.reading), lane.time, noise, regime)
     errors, log_scale = whiten(_guarded(columns), elapsed, variance, lane.jolted, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
     log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
@@ -87,13 +87,13 @@ def _explain(
 
 
 def _explain_all(
-    lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters
+    lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> LaneFit:
     """Density of a lane's readings, and of those of its second record, one after the other."""
-    first = _explain(lane, zero, prediction, noise)
+    first = _explain(lane, zero, prediction, noise, regime)
     if lane.again is None:
         return first
-    second = _explain(lane._replace(reading=lane.again), zero, prediction, noise)
+    second = _explain(lane._replace(reading=lane.again), zero, prediction, noise, regime)
     return LaneFit(
         jnp.concatenate([first.log_density, second.log_density]),
         jnp.concatenate([first.errors, second.errors]),
@@ -111,8 +111,8 @@ def explained(
     for prediction, lanes, regime, cut in groups:
         noise = noise_of(values, regime)
 
-        def one(lane, zero, prediction, noise=noise):
-            return _explain_all(lane, zero, prediction, noise)
+        def one(lane, zero, prediction, noise=noise, regime=regime):
+            return _explain_all(lane, zero, prediction, noise, regime)
 
         result.append(jax.vmap(one)(lanes, zeros_of(values, lanes, regime, cut), prediction))
     return result

@@ -14,7 +14,8 @@ class NoiseParameters(NamedTuple):
 
     reading = model + discrepancy(s) + white;  discrepancy is an Ornstein-Uhlenbeck process,
     cov(s, s') = discrepancy^2 exp(-|s - s'| / correlation_time): readings 0.03 s apart are not
-    independent, and no model is exact. Its clock s runs while the model moves (`time_in_motion`).
+    independent, and no model is exact. In slow runs its clock s runs while the model moves
+    (`time_in_motion`), in others s is time.
     """
 
     noise: Scalar
@@ -46,6 +47,21 @@ def time_in_motion(
     return gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still**2))
 
 
+def elapsed_time(
+    predicted: Float[Array, " interval"],
+    time: Float[Array, " interval"],
+    parameters: NoiseParameters,
+    regime: str,
+) -> Float[Array, " interval"]:
+    """The discrepancy's time up to each reading [s]: in motion where the run is slow.
+
+    A rotor that swings is at rest at every turn, and keeps nothing there.
+    """
+    if regime == "slow":
+        return time_in_motion(predicted, time, parameters)
+    return jnp.diff(time, prepend=time[:1])
+
+
 def reading_variance(
     parameters: NoiseParameters, weight: Array, coarse: Array, quantum: float
 ) -> Array:
@@ -75,7 +91,7 @@ def whiten(
 ) -> Whitened:
     """Kalman filter of the discrepancy: each column's errors given the column's past.
 
-    `elapsed` is by how much its clock goes on up to each reading [s] (`time_in_motion`), `jolted` the
+    `elapsed` is by how much its clock goes on up to each reading [s] (`elapsed_time`), `jolted` the
     variance that a jump of the load has added by then.
     Gains do not depend on the residual, so columns (a residual and its sensitivities) share them,
     and the log density of column k is -sum(errors[:, k]^2)/2 - sum(log_scale) - n log(2 pi)/2.

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.density import constrain, noise_of
 from muscle_bayes.inference.lane_model import Values
-from muscle_bayes.inference.noise import reading_variance, time_in_motion, whiten
+from muscle_bayes.inference.noise import elapsed_time, reading_variance, whiten
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.programs import predictions_at
 
@@ -42,7 +42,7 @@ def _fit(
         seen = (lane.weight > 0).astype(lane.reading.dtype)
         residual = lane.reading - reading
         columns = jnp.concatenate([residual[:, None], reach], axis=1)
-        elapsed = time_in_motion(reading, lane.time, noise)
+        elapsed = elapsed_time(reading, lane.time, noise, regime)
         errors, _ = whiten(columns, elapsed, variance, lane.jolted, seen, noise)
         z, s = errors[:, 0], errors[:, 1:]
         away = (lane.pivot - lane.start) / lane.start_spread

@@ -1,6 +1,7 @@
 """What a posterior says of a run, fitted or not."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -10,7 +11,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.batches import of_draws
 from muscle_bayes.inference.density import NoiseParameters, noise_of
-from muscle_bayes.inference.noise import reading_variance, time_in_motion
+from muscle_bayes.inference.noise import elapsed_time, reading_variance
 from muscle_bayes.inference.problem import Lanes, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import solved_at, unconstrained
@@ -64,7 +65,9 @@ def disturbances(
     """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
     noise: NoiseParameters = noise_of(values, regime)
     key_lasting, key_white = jax.random.split(key)
-    elapsed = jax.vmap(time_in_motion, (0, 0, None))(predicted, lanes.time, noise)
+    elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
+        predicted, lanes.time
+    )
     fade = jnp.exp(-elapsed / noise.correlation_time)
     kicks = jax.random.normal(key_lasting, lanes.time.shape)
     first = kicks[:, 0] * noise.discrepancy
