@@ -12,6 +12,7 @@ from muscle_bayes.data import read_run
 from muscle_bayes.inference.noise import (
     AT_REST,
     NoiseParameters,
+    elapsed_time,
     reading_variance,
     time_in_motion,
     whiten,
@@ -90,6 +91,14 @@ def test_the_clock_runs_at_half_speed_where_a_correlation_time_moves_by_the_disc
     speed = NOISE.discrepancy / NOISE.correlation_time
     elapsed = time_in_motion(speed * TIME, TIME, NOISE)
     np.testing.assert_allclose(elapsed, (1 + AT_REST) / 2 * ELAPSED, rtol=1e-12)
+
+
+def test_only_slow_runs_wait_for_motion() -> None:
+    resting = np.full(TIME.size, 3.0)
+    np.testing.assert_allclose(elapsed_time(resting, TIME, NOISE, "fast"), ELAPSED, rtol=1e-12)
+    np.testing.assert_allclose(
+        elapsed_time(resting, TIME, NOISE, "slow"), AT_REST * ELAPSED, rtol=1e-12
+    )
 
 
 def test_the_clock_is_smooth_where_the_model_rests() -> None:
