@@ -14,8 +14,9 @@ class MeterLag:
     """Mean time from a change of the meter's digits to where the log seems to have it.
 
     The digits change somewhere between two requests, on average halfway (taken that the meter answers
-    what it shows when it is asked); the answer takes its time, and the next row may be near or far. Who reads the log can but put the change halfway between two
-    rows. The lag is the distance of both halves.
+    what it shows when it is asked); the answer takes its time, and the next row may be near or far. Who
+    reads the log can but put the change halfway between two rows. The lag is the distance of both
+    halves.
     """
 
     def __init__(self) -> None:
