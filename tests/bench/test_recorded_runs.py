@@ -84,8 +84,6 @@ def judged(recorded, fixture_posterior):
     def of(name):
         out, log = folder / f"{name}.nc", folder / "runs" / f"{name}.csv"
         options = ("--given", fixture_posterior, "--out", out, "--preset", "quick", "--seed", 1)
-        # The delay that the recorder measures is off by some hundredths of a second (docs/evidence.md).
-        options += ("--effect", "clock-offset")
         result = run("fit", log, *options)
         print(result.output)
         assert out.exists(), result.output

@@ -71,6 +71,7 @@ def test_load_changes_and_notes_replace_the_metadata_whole(tmp_path, metadata):
     assert found.load.mass == (0.150, 0.167)
     assert found.notes == "by hand And so on."
     assert found.thermometer.delay == 0.041
+    assert found.thermometer.delay_uncertainty > 0.0
     file.close()
 
 

@@ -46,6 +46,13 @@ def test_constructed_in_python_is_checked_too():
         Metadata(protocol="free", origin="measured", element_a=NoElement())
 
 
+@pytest.mark.parametrize("uncertainty", ["-0.1", "11", "nan", '"some"'])
+def test_uncertainty_of_the_delay_is_a_size_in_seconds(tmp_path, uncertainty):
+    toml = TOML + f"\n[thermometer]\ndelay = 0.04\ndelay_uncertainty = {uncertainty}\n"
+    with pytest.raises(RunError, match=r"a\.toml.*thermometer\.delay_uncertainty"):
+        parse_metadata(toml.encode(), tmp_path / "a.toml")
+
+
 @pytest.mark.parametrize("delay", ["11", "nan", '"a while"'])
 def test_delay_of_the_thermometer_is_a_number_of_seconds(tmp_path, delay):
     toml = TOML + f"\n[thermometer]\ndelay = {delay}\n"

@@ -24,9 +24,10 @@ from muscle_bayes.bench.temperature_control import PERIOD
 from muscle_bayes.data.sensor import sensor_of
 from muscle_bayes.errors import MuscleBayesError
 
-POLLS: Final = (0.003, 0.005, 0.007, 0.004, 0.006)
+POLLS: Final = (0.003, 0.005, 0.007, 0.004, 0.006, 0.004)
 """s between looks at the lines, by turns: at an even pace all samples might come as late as each
-other, and none would tell the board's clock."""
+other, and none would tell the board's clock. 29 ms in all: whatever the stream's period, looks fall on
+every millisecond of it sooner or later."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
 _FIRST_READING: Final = 10.0

@@ -19,6 +19,9 @@ POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
 would jolt a simulated rotor, which would then stick elsewhere than the real one (by a quarter of a count
 in a sawtooth that was tried)."""
+DELAY_UNCERTAINTY: Final = 0.2
+"""Standard uncertainty of a measured delay, s: half the time between two measurements of the meter. The
+host sees when digits come, not when within that time they were measured."""
 _MASS_DECIMALS: Final = 6
 
 
@@ -126,7 +129,8 @@ class RunFile:
 
     def tell_delay(self, delay: float) -> None:
         """Temperatures are logged `delay` [s] later than readings. Raises RunFileError."""
-        self._amend(thermometer=Thermometer(delay=round(delay, TIME_DECIMALS)))
+        delay = round(delay, TIME_DECIMALS)
+        self._amend(thermometer=Thermometer(delay=delay, delay_uncertainty=DELAY_UNCERTAINTY))
 
     def note(self, text: str) -> None:
         """Add a sentence to the metadata's notes. Raises RunFileError."""

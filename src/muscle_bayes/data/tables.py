@@ -59,6 +59,8 @@ class Thermometer(Table):
 
     delay: Annotated[float, Field(ge=-10, le=10)]
     """s by which temperatures are logged later than the readings of the same instant"""
+    delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
+    """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 
 
 class Columns(Table):

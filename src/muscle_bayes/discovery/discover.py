@@ -23,6 +23,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
+from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
@@ -35,6 +36,7 @@ from muscle_bayes.physics.effects.empirical import PREFIX, function_type
 
 def applicable(runs: Sequence[Run], present: Sequence[str]) -> list[str]:
     """Effects of the catalogue that these runs could show and that the model does not have."""
+    present = with_open_delay(runs, present)
     muscle = any(has_muscle(run) for run in runs)
     return [
         name
@@ -61,7 +63,12 @@ def discover(
     run has, when no run is left to fit, and for runs that cannot be fitted together.
     """
     _check(runs, hold_out)
+    effects = with_open_delay(runs, effects)
     names = applicable(runs, effects) if candidates is None else list(candidates)
+    if present := sorted({*names} & {*effects}):
+        raise MuscleBayesError(
+            f"the model has {', '.join(present)} already; name candidates that it does not have"
+        )
     report("nominal model", 0, 1)
     with ThreadPoolExecutor(1) as pool:
         _begin_compiling(pool, runs, friction, effects, names)

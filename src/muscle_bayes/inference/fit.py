@@ -16,6 +16,7 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.density import constrain
+from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
@@ -139,10 +140,12 @@ def fit(
 ) -> Posterior:
     """Posterior of everything that is unknown about these runs.
 
-    `given` is an earlier posterior of the fixture: its J and D become this fit's prior.
+    `given` is an earlier posterior of the fixture: its J and D become this fit's prior. Where metadata
+    leave the thermometer's delay uncertain, `clock-offset` is among the effects.
     `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
+    effects = with_open_delay(runs, effects)
     problem = pose(
         runs, friction, effects, None if given is None else fixture_prior(given, friction)
     )

@@ -14,6 +14,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference import prior
+from muscle_bayes.inference.open_delay import delay_prior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.record import Record, is_slow, record_of, segments
@@ -198,7 +199,7 @@ def pose(
 
     Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run
     has a muscle, each effect's own, each run's own, each regime's noise. `given` replaces the priors
-    of named parameters by what earlier runs told of them.
+    of named parameters by what earlier runs told of them; metadata may tell `clock-offset`'s.
     Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
     """
     _check(runs, effects)
@@ -208,7 +209,7 @@ def pose(
     if any(has_muscle(run) for run in runs):
         sites |= prior.muscle_sites(size, prior.mean_first_strain(runs))
     sites |= prior.effect_sites(effects, size)
-    for name, known in (given or {}).items():
+    for name, known in {**delay_prior(runs), **(given or {})}.items():
         if name in sites:
             sites[name] = sites[name]._replace(prior=known)
 

@@ -3,6 +3,7 @@
 import hashlib
 
 from muscle_bayes.inference.fit import EFFORTS, fit
+from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.summary import summarise
 from muscle_bayes.json_file import write_json
@@ -22,7 +23,8 @@ def make(plan: Plan, name: str, report: Report) -> None:
     """
     effects = tuple(plan.found("effects")["effects"])
     before = "muscle" if plan.roles.muscle else f"fixture-{plan.config.friction}"
-    if effects == plan.config.effects:
+    nominal_effects = with_open_delay(plan.runs(plan.roles.fitted), plan.config.effects)
+    if effects == nominal_effects:
         write_json(plan.result(name), {"fit": before, "effects": list(effects), "figures": {}})
         return
     posterior = _fit(plan, effects, report)

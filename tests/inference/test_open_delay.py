@@ -1,0 +1,50 @@
+"""Metadata that leave a thermometer's delay uncertain open it in fits, and say how far."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from muscle_bayes.data import Thermometer, read_run
+from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.open_delay import with_open_delay
+from muscle_bayes.inference.problem import pose
+
+DATA = Path(__file__).parents[2] / "data"
+EFFECT, PARAMETER = "clock-offset", "clock-offset.delay"
+
+
+def logged(name, meter):
+    run = read_run(DATA / f"{name}.csv")
+    return dataclasses.replace(run, metadata=run.metadata.model_copy(update={"thermometer": meter}))
+
+
+@pytest.mark.parametrize("meter", [None, Thermometer(delay=0.04)])
+def test_a_delay_that_is_known_is_not_estimated(meter):
+    run = logged("staircase-139g", meter)
+    assert with_open_delay([run], ()) == ()
+    assert EFFECT in applicable([run], ())
+
+
+def test_an_uncertain_delay_is_estimated_as_far_as_the_metadata_leave_it_open():
+    sure = logged("staircase-139g", Thermometer(delay=0.04, delay_uncertainty=0.05))
+    unsure = logged("staircase-166g", Thermometer(delay=0.04, delay_uncertainty=0.2))
+    effects = with_open_delay([sure, unsure], ("viscous-friction",))
+    assert effects == ("viscous-friction", EFFECT)
+    assert with_open_delay([sure], effects) == effects
+    prior = pose([sure, unsure], effects=effects).sites[PARAMETER].prior
+    assert (float(prior.mean), float(prior.variance) ** 0.5) == (0.0, pytest.approx(0.2))
+
+
+def test_without_a_muscle_no_temperature_counts():
+    run = logged("spring-1", Thermometer(delay=0.04, delay_uncertainty=0.2))
+    assert with_open_delay([run], ()) == ()
+    assert PARAMETER not in pose([run]).sites
+
+
+def test_discovery_does_not_look_for_what_is_open_already():
+    run = logged("staircase-139g", Thermometer(delay=0.04, delay_uncertainty=0.2))
+    assert EFFECT not in applicable([run], ())
+    with pytest.raises(MuscleBayesError, match=f"has {EFFECT} already"):
+        discover([run], candidates=[EFFECT])
