@@ -11,10 +11,12 @@ from scipy.stats import multivariate_normal
 from muscle_bayes.data import read_run
 from muscle_bayes.inference.noise import (
     AT_REST,
+    REACH,
     NoiseParameters,
     elapsed_time,
     reading_variance,
     time_in_motion,
+    time_since_jolts,
     whiten,
 )
 from muscle_bayes.inference.predict import disturbances
@@ -95,15 +97,34 @@ def test_the_clock_runs_at_half_speed_where_a_correlation_time_moves_by_the_disc
 
 def test_only_slow_runs_wait_for_motion() -> None:
     resting = np.full(TIME.size, 3.0)
-    np.testing.assert_allclose(elapsed_time(resting, TIME, NOISE, "fast"), ELAPSED, rtol=1e-12)
-    np.testing.assert_allclose(
-        elapsed_time(resting, TIME, NOISE, "slow"), AT_REST * ELAPSED, rtol=1e-12
-    )
+    fast = elapsed_time(resting, TIME, CALM, NOISE, 1.0, "fast")
+    np.testing.assert_allclose(fast, ELAPSED, rtol=1e-12)
+    slow = elapsed_time(resting, TIME, CALM, NOISE, 1.0, "slow")
+    np.testing.assert_allclose(slow, AT_REST * ELAPSED, rtol=1e-12)
 
 
 def test_the_clock_is_smooth_where_the_model_rests() -> None:
-    slope = jax.jacfwd(lambda x: time_in_motion(x, TIME, NOISE))(jnp.full(TIME.size, 3.0))
-    assert np.all(np.asarray(slope) == 0.0)
+    jolted = jnp.array([0.0, 4.0, 0.0, 0.0, 0.0, 0.0])
+    slope = jax.jacfwd(lambda x: elapsed_time(x, TIME, jolted, NOISE, 1.0, "slow"))
+    assert np.all(np.asarray(slope(jnp.full(TIME.size, 3.0))) == 0.0)
+
+
+def test_motion_undoes_a_jolt_within_its_reach_but_neither_rest_nor_the_jump_itself_do() -> None:
+    small, quantum, jolt = NoiseParameters(0.4, 0.01, 600.0), 2.0, 8.0
+    jolted = np.array([0.0, jolt, 0.0, 0.0, 0.0, 0.0])
+    jumped = np.array([0.0, 40.0, 40.0, 40.0, 40.0, 40.0])
+    np.testing.assert_allclose(time_since_jolts(jumped, jolted, small, quantum), 0.0, atol=1e-9)
+    moving = jumped + REACH * quantum * np.array([0.0, 0.0, 0.0, 0.5, 1.0, 3.0])
+    passed = time_since_jolts(moving, jolted, small, quantum)
+    np.testing.assert_allclose(passed, 600.0 * np.array([0, 0, 0, 0.5, 0.5, 2.0]), rtol=0.03)
+    # Where nothing was jolted, or the sensor has no quanta, motion tells nothing more.
+    assert np.all(np.asarray(time_since_jolts(moving, CALM, small, quantum)) == 0.0)
+    assert np.all(np.asarray(time_since_jolts(moving, CALM, small, 0.0)) == 0.0)
+
+
+def test_a_jolt_that_is_small_beside_the_discrepancy_leaves_its_clock_alone() -> None:
+    jolted = np.array([0.0, 1e-6, 0.0, 0.0, 0.0, 0.0])
+    assert np.max(time_since_jolts(50.0 * TIME, jolted, NOISE, 1.0)) < 1e-4
 
 
 def test_readings_of_a_rotor_at_rest_tell_one_position_however_many_they_are() -> None:
@@ -159,8 +180,8 @@ def test_drawn_disturbances_have_the_covariance_that_is_filtered(sawtooth_lanes)
     keys = jax.random.split(jax.random.key(0), 4000)
     draw = jax.vmap(lambda key: disturbances(key, values, model[None], lanes, "slow")[0])
     drawn = np.asarray(draw(keys))
-    elapsed = np.asarray(time_in_motion(model, time, NOISE))
-    jolted = np.asarray(lanes.jolted[0])
+    jolted, quantum = np.asarray(lanes.jolted[0]), float(lanes.quantum[0])
+    elapsed = np.asarray(elapsed_time(model, time, jolted, NOISE, quantum, "slow"))
     spread, wanted = NOISE.discrepancy**2, []
     for passed, jolt in zip(elapsed, jolted, strict=True):
         kept = np.exp(-2.0 * passed / NOISE.correlation_time)

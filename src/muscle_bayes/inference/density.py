@@ -72,7 +72,8 @@ def _explain(
         back = (lane.start - lane.pivot) / lane.start_spread
         columns = columns - (prediction.reach @ back)[:, None]
         columns = jnp.concatenate([columns, prediction.reach], axis=1)
-    elapsed = elapsed_time(_guarded(prediction.reading), lane.time, noise, regime)
+    predicted = _guarded(prediction.reading)
+    elapsed = elapsed_time(predicted, lane.time, lane.jolted, noise, lane.quantum, regime)
     errors, log_scale = whiten(_guarded(columns), elapsed, variance, lane.jolted, seen, noise)
     z, s = errors[:, 0], errors[:, 1:]
     log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen

@@ -47,10 +47,43 @@ def time_in_motion(
     return gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still**2))
 
 
+SMOOTH = 0.01
+"""Way, in REACH, below which its size is rounded off."""
+REACH = 2.0
+"""Quanta that the model moves while a jolt fades to 1/e: about as far as jolted rotors come to rest off."""
+
+
+def time_since_jolts(
+    predicted: Float[Array, " interval"],
+    jolted: Float[Array, " interval"],
+    parameters: NoiseParameters,
+    quantum: Scalar,
+) -> Float[Array, " interval"]:
+    """By how much the clock goes on besides, because motion undoes jolts [s].
+
+    Wherever a jolted rotor stuck, once it is driven on for as far as it was off, it is where friction
+    has it: variance v that jolts have added fades by exp(-2 w), w being the way in REACH quanta, and the
+    clock runs by w v / (v + discrepancy^2) correlation times more. Way by a jump of the load counts not.
+    """
+    reach = REACH * jnp.where(quantum > 0.0, quantum, 1.0)
+    moved = jnp.diff(predicted, prepend=predicted[:1]) / reach
+    way = jnp.where(jolted > 0.0, 0.0, jnp.sqrt(moved**2 + SMOOTH**2) - SMOOTH)
+
+    def step(added, now):
+        further, jolt = now
+        share = added / (added + parameters.discrepancy**2)
+        return jnp.exp(-2.0 * further) * added + jolt, share * further
+
+    _, passed = jax.lax.scan(step, jnp.zeros(()), (way, jolted))
+    return parameters.correlation_time * passed
+
+
 def elapsed_time(
     predicted: Float[Array, " interval"],
     time: Float[Array, " interval"],
+    jolted: Float[Array, " interval"],
     parameters: NoiseParameters,
+    quantum: Scalar,
     regime: str,
 ) -> Float[Array, " interval"]:
     """The discrepancy's time up to each reading [s]: in motion where the run is slow.
@@ -58,7 +91,8 @@ def elapsed_time(
     A rotor that swings is at rest at every turn, and keeps nothing there.
     """
     if regime == "slow":
-        return time_in_motion(predicted, time, parameters)
+        moving = time_in_motion(predicted, time, parameters)
+        return moving + time_since_jolts(predicted, jolted, parameters, quantum)
     return jnp.diff(time, prepend=time[:1])
 
 

@@ -42,7 +42,7 @@ def _fit(
         seen = (lane.weight > 0).astype(lane.reading.dtype)
         residual = lane.reading - reading
         columns = jnp.concatenate([residual[:, None], reach], axis=1)
-        elapsed = elapsed_time(reading, lane.time, noise, regime)
+        elapsed = elapsed_time(reading, lane.time, lane.jolted, noise, lane.quantum, regime)
         errors, _ = whiten(columns, elapsed, variance, lane.jolted, seen, noise)
         z, s = errors[:, 0], errors[:, 1:]
         away = (lane.pivot - lane.start) / lane.start_spread

@@ -66,7 +66,7 @@ def disturbances(
     noise: NoiseParameters = noise_of(values, regime)
     key_lasting, key_white = jax.random.split(key)
     elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
-        predicted, lanes.time
+        predicted, lanes.time, lanes.jolted, quantum=lanes.quantum
     )
     fade = jnp.exp(-elapsed / noise.correlation_time)
     kicks = jax.random.normal(key_lasting, lanes.time.shape)
