@@ -30,52 +30,63 @@ AT_REST = 0.01
 """Speed of the discrepancy's clock while the model is at rest: a model may be wrong about resting."""
 
 
-def time_in_motion(
-    predicted: Float[Array, " interval"],
-    time: Float[Array, " interval"],
-    parameters: NoiseParameters,
-) -> Float[Array, " interval"]:
-    """Time by which the discrepancy's clock goes on up to each reading [s]; 0 up to the first.
-
-    A rotor that friction holds keeps the error with which it stopped, however long: the clock runs
-    at m^2 / (m^2 + d^2), m being how far the model moves per correlation time and d the size of the
-    discrepancy, and at AT_REST at least.
-    """
-    gaps = jnp.diff(time, prepend=time[:1])
-    moved = jnp.diff(predicted, prepend=predicted[:1])
-    still = parameters.discrepancy * jnp.where(gaps > 0.0, gaps, 1.0) / parameters.correlation_time
-    return gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still**2))
-
-
 SMOOTH = 0.01
 """Way, in REACH, below which its size is rounded off."""
 REACH = 2.0
 """Quanta that the model moves while a jolt fades to 1/e: about as far as jolted rotors come to rest off."""
 
 
-def time_since_jolts(
-    predicted: Float[Array, " interval"],
-    jolted: Float[Array, " interval"],
-    parameters: NoiseParameters,
-    quantum: Scalar,
-) -> Float[Array, " interval"]:
-    """By how much the clock goes on besides, because motion undoes jolts [s].
+class Jolts(NamedTuple):
+    """What jumps of the load have added to the discrepancy, and the model's motion undoes."""
+
+    way: Float[Array, " interval"]
+    """By which the model moves up to each reading, other than by a jump of the load, in REACH quanta."""
+    left: Float[Array, " interval"]
+    """Variance that is left from before each interval [log's unit^2]."""
+
+
+def jolts_of(
+    predicted: Float[Array, " interval"], jolted: Float[Array, " interval"], quantum: Scalar
+) -> Jolts:
+    """Jolts of these variances [log's unit^2], each of which fades by exp(-2 way).
 
     Wherever a jolted rotor stuck, once it is driven on for as far as it was off, it is where friction
-    has it: variance v that jolts have added fades by exp(-2 w), w being the way in REACH quanta, and the
-    clock runs by w v / (v + discrepancy^2) correlation times more. Way by a jump of the load counts not.
+    has it.
     """
     reach = REACH * jnp.where(quantum > 0.0, quantum, 1.0)
     moved = jnp.diff(predicted, prepend=predicted[:1]) / reach
-    way = jnp.where(jolted > 0.0, 0.0, jnp.sqrt(moved**2 + SMOOTH**2) - SMOOTH)
+    # Means of the interval after a jump, too, differ from those before by the jump.
+    jumped = (jolted > 0.0) | (jnp.roll(jolted, 1).at[0].set(0.0) > 0.0)
+    way = jnp.where(jumped, 0.0, jnp.sqrt(moved**2 + SMOOTH**2) - SMOOTH)
 
     def step(added, now):
         further, jolt = now
-        share = added / (added + parameters.discrepancy**2)
-        return jnp.exp(-2.0 * further) * added + jolt, share * further
+        return jnp.exp(-2.0 * further) * added + jolt, added
 
-    _, passed = jax.lax.scan(step, jnp.zeros(()), (way, jolted))
-    return parameters.correlation_time * passed
+    return Jolts(way, jax.lax.scan(step, jnp.zeros(()), (way, jolted))[1])
+
+
+def time_in_motion(
+    predicted: Float[Array, " interval"],
+    time: Float[Array, " interval"],
+    jolts: Jolts,
+    parameters: NoiseParameters,
+) -> Float[Array, " interval"]:
+    """Time by which the discrepancy's clock goes on up to each reading [s]; 0 up to the first.
+
+    A rotor that friction holds keeps the error with which it stopped, however long: the clock runs
+    at m^2 / (m^2 + d^2 + v), m being how far the model moves per correlation time, d the size of the
+    discrepancy and v what jolts have added to its variance, and at AT_REST at least. Motion that undoes
+    a jolt makes it run by way v / (v + d^2) correlation times more.
+    """
+    gaps = jnp.diff(time, prepend=time[:1])
+    moved = jnp.diff(predicted, prepend=predicted[:1])
+    stationary = parameters.discrepancy**2
+    period = jnp.where(gaps > 0.0, gaps, 1.0) / parameters.correlation_time
+    still = (stationary + jolts.left) * period**2
+    running = gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still))
+    undone = jolts.way * jolts.left / (jolts.left + stationary)
+    return running + parameters.correlation_time * undone
 
 
 def elapsed_time(
@@ -91,8 +102,7 @@ def elapsed_time(
     A rotor that swings is at rest at every turn, and keeps nothing there.
     """
     if regime == "slow":
-        moving = time_in_motion(predicted, time, parameters)
-        return moving + time_since_jolts(predicted, jolted, parameters, quantum)
+        return time_in_motion(predicted, time, jolts_of(predicted, jolted, quantum), parameters)
     return jnp.diff(time, prepend=time[:1])
 
 
