@@ -29,6 +29,8 @@ COOLED = 1.0
 """How near its setpoint a cooling muscle comes before it counts as reached, C."""
 OVERSHOT, MOST_OVERSHOT = 0.5, 4.5
 """By how much of a climb, and by how many C at most, the bench's law heats too far."""
+SWINGING = 10.0
+"""Time for which it then swings about the setpoint, s."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,11 @@ def course(plan: Plan, thermal: Thermal, size: int) -> tuple[np.ndarray, np.ndar
     times, levels = [0.0], [thermal.room]
     for stage in _logged(plan.sequence.run[0].stage):
         goal = thermal.room if stage.setpoint_a is None else max(stage.setpoint_a, thermal.room)
-        here = levels[-1]
-        if goal > here + COOLED:
+        here, hold = levels[-1], stage.duration
+        climbs = goal > here + COOLED
+        if hold is None:
+            hold = SETTLED + stage.wait + (SWINGING if climbs else 0.0)
+        if climbs:
             here = goal + min(OVERSHOT * (goal - here), MOST_OVERSHOT)
             times.append(times[-1] + (here - levels[-1]) / thermal.heating)
             levels.append(here)
@@ -104,7 +109,6 @@ def course(plan: Plan, thermal: Thermal, size: int) -> tuple[np.ndarray, np.ndar
             times += list(times[-1] + steps)
             fall = np.exp(-thermal.cooling * steps)
             levels += list(thermal.room + (here - thermal.room) * fall)
-        hold = stage.duration if stage.duration is not None else SETTLED + stage.wait
         times.append(times[-1] + hold)
         levels.append(levels[-1])
     nodes = np.linspace(0.0, times[-1], size + 1)
