@@ -120,6 +120,8 @@ def _judged(
         if ahead and drives(run):
             found = drift(one, plan.config.seed)
             drifts[one.run] = found.as_dict()
+            if not found.phases:
+                continue
             drawn.add(
                 f"drift-{one.run}",
                 drift_figure(one, found, run.metadata.origin),
