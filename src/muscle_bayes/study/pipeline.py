@@ -16,7 +16,6 @@ from doit.task import Task, dict_to_task
 from doit.tools import config_changed
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.study.order import urgent_first
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.stages import Stage
 
@@ -64,7 +63,7 @@ def run_stages(
         "verbosity": 0,
     }
     code = DoitMain(
-        _Loader(plan, urgent_first(stages, plan.preset), process_of, settings),
+        _Loader(plan, stages, process_of, settings),
         config_filenames=(),
         extra_config={"BACKEND": {"whole": "muscle_bayes.study.records:WholeFile"}},
     ).run(["run"])
