@@ -1,0 +1,35 @@
+"""Measured rigs studied by one command: the report says what applies to them, and what does not."""
+
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from muscle_bayes.cli import app
+
+pytestmark = [pytest.mark.slow, pytest.mark.real, pytest.mark.timeout(3600)]
+
+LEFT_OUT = {
+    "xl330-drop": {"muscle": "no run with a muscle", "control": "no joint to simulate"},
+    "heating-wire": {"fixture": "no run without a muscle", "control": "by pins"},
+}
+
+
+@pytest.mark.parametrize("rig", LEFT_OUT)
+def test_a_study_of_a_measured_rig(real_data, tmp_path, rig):
+    asked = ["study", "--runs", str(real_data / rig), "--preset", "quick", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, asked, env={"COLUMNS": "200"})
+    assert result.exit_code == 0, result.output
+    page = re.sub(r"\s+", " ", (tmp_path / "report.html").read_text(encoding="utf-8"))
+    page = re.sub(r"<[^>]*>", "", page)
+    assert "These data were measured." in page
+    assert "Synthetic data." not in page
+    for stage, why in LEFT_OUT[rig].items():
+        assert f"{stage}: " in page
+        assert why in page
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert told["origin"] == ["measured"]
+    discovery = json.loads((tmp_path / "results" / "discovery.json").read_text(encoding="utf-8"))
+    assert sum(discovery["probabilities"].values()) == pytest.approx(1.0, abs=1e-6)
