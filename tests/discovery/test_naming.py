@@ -65,6 +65,18 @@ def test_unknown_takes_its_share() -> None:
     assert naming.with_unknown(np.inf)[UNKNOWN] == pytest.approx(1.0)
 
 
+def test_a_misfit_that_nothing_explains_speaks_for_unknown_against_none_only() -> None:
+    against = unexplained(1e-12)
+    nothing = weigh(_scored(0.0, 0.0), {"a": _scored(-0.1)}, BLOCKS, 0)
+    assert nothing.with_unknown(1.0)[UNKNOWN] < 0.1
+    assert nothing.with_unknown(1.0, against)[UNKNOWN] > 0.999
+    named = weigh(_scored(0.0, 0.0), {"a": _scored(2.0)}, BLOCKS, 0)
+    assert named.probabilities[NONE] < 1e-12
+    assert named.with_unknown(1.0, against)["a"] == pytest.approx(0.95, abs=0.01)
+    told = nothing.with_unknown(1.0, against)
+    assert sum(told.values()) == pytest.approx(1.0)
+
+
 def test_odds_of_a_p_value() -> None:
     assert unexplained(0.5) == 1.0
     assert unexplained(0.05) == pytest.approx(1.0 / 0.407, rel=1e-3)  # Sellke et al., table 1

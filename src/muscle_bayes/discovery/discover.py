@@ -117,6 +117,8 @@ def _result(
 ) -> Discovery:
     last, links, stopped, search = named.last, named.links, named.stopped, named.base.search
     odds = unexplained(left.p_value) if unknown is None else unknown.odds(last)
+    # A misfit that neither an effect nor a function describes speaks for something unknown all the same.
+    against_none = 1.0 if links else unexplained(located.p_value)
     function = None if unknown is None else unknown.beside
     if unknown is not None and unknown.replaces(last):
         links, function = (), unknown.instead
@@ -130,7 +132,7 @@ def _result(
         before = after
     return Discovery(
         verdict=_verdict(steps, left),
-        probabilities=named.naming.with_unknown(odds),
+        probabilities=named.naming.with_unknown(odds, against_none),
         naming=named.naming,
         regression=named.regression,
         located=located,

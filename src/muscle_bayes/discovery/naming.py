@@ -80,13 +80,15 @@ class Naming:
         close = [name for name in order if named[name] >= TIED * named[order[0]]]
         return tuple(close) if len(close) > 1 and self.claims else ()
 
-    def with_unknown(self, odds: float) -> dict[str, float]:
+    def with_unknown(self, odds: float, odds_against_none: float = 1.0) -> dict[str, float]:
         """Probabilities with something unknown among them.
 
         `odds`: how much better it explains the readings than the final model of named effects, whose
-        whole evidence counts for the effect that was added first.
+        whole evidence counts for the effect that was added first. `odds_against_none`: how much better
+        than the nominal model alone, where no effect was added; what the candidates have stays theirs.
         """
-        share = 1.0 / (1.0 + odds * PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
+        better = max(odds, odds_against_none * self.probabilities[NONE])
+        share = 1.0 / (1.0 + better * PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
         found = {key: share * p for key, p in self.probabilities.items()}
         return found | {UNKNOWN: 1.0 - share}
 
