@@ -50,7 +50,7 @@ def test_bytes_both_ways_and_reading_never_waits(line):
     transport, far = line
     start = time.monotonic()
     assert transport.read(100) == b""
-    assert time.monotonic() - start < 0.5
+    assert time.monotonic() - start < 0.05
     transport.write(b">0 ID*1234\n")
     assert far.recv(100) == b">0 ID*1234\n"
     far.sendall(b"answer")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from muscle_bayes.criticism.replicates import Template
 from muscle_bayes.data import Thermometer, read_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.errors import MuscleBayesError
@@ -48,3 +49,12 @@ def test_discovery_does_not_look_for_what_is_open_already():
     assert EFFECT not in applicable([run], ())
     with pytest.raises(MuscleBayesError, match=f"has {EFFECT} already"):
         discover([run], candidates=[EFFECT])
+
+
+def test_calibration_is_of_the_model_that_is_fitted(tmp_path):
+    log = tmp_path / "staircase-139g.csv"
+    log.write_bytes((DATA / log.name).read_bytes())
+    told = (DATA / "staircase-139g.toml").read_text(encoding="utf-8")
+    told += "\n[thermometer]\ndelay = 0.04\ndelay_uncertainty = 0.2\n"
+    log.with_suffix(".toml").write_text(told, encoding="utf-8")
+    assert Template((log,)).problem().layout.effects == (EFFECT,)

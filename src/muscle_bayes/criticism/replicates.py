@@ -15,6 +15,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.fit import fixture_prior, sample
+from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import disturbances
@@ -50,7 +51,8 @@ class Template:
 
     def problem(self) -> Problem:
         """The problem that the logs themselves pose."""
-        problem = pose(read_runs(list(self.runs)), self.friction, self.effects, self.known)
+        runs = read_runs(list(self.runs))
+        problem = pose(runs, self.friction, with_open_delay(runs, self.effects), self.known)
         if any(problem.layout.segmented):
             raise MuscleBayesError(
                 "a run that nothing pulls back has free starts, of which no data set can be drawn; "
