@@ -1,4 +1,7 @@
-"""One law, many draws, one scenario at a time: on all cores, several draws side by side on each."""
+"""One law, many draws, one scenario at a time: on all cores, several draws side by side on each.
+
+Programs are compiled for one batch, so that banks of any size share them.
+"""
 
 import os
 from collections.abc import Callable, Hashable
@@ -19,10 +22,10 @@ from muscle_bayes.control.rotor import Motion
 from muscle_bayes.control.scenario import Course, Scenario
 from muscle_bayes.inference.precision import double_precision
 
-SIDE_BY_SIDE = {"cpu": 8}
+SIDE_BY_SIDE = 8
 """Draws per batch of a core: what fills its vector units."""
 ON_ACCELERATORS = 4096
-FEWEST_PER_CORE = 16
+"""Most draws per batch there."""
 SHOWN_EVERY = 10
 """Periods between the samples of responses that are kept."""
 
@@ -52,15 +55,9 @@ class Shape:
         return isinstance(other, Shape) and self._key == other._key
 
 
-def side_by_side(function: Callable, arguments: Any) -> Any:
-    """`function` of every draw, batch after batch by `vmap`."""
-    size = SIDE_BY_SIDE.get(jax.default_backend(), ON_ACCELERATORS)
-    return jax.lax.map(function, arguments, batch_size=size)
-
-
 @partial(jax.jit, static_argnames=("shape",))
 def _starts(values: Any, load: Any, trained: Any, shape: Shape) -> Motion:
-    return side_by_side(lambda one: start_of(shape.joint(one), load, trained), values)
+    return jax.vmap(lambda one: start_of(shape.joint(one), load, trained))(values)
 
 
 @partial(jax.jit, static_argnames=("shape", "clock", "cost", "cycles"))
@@ -86,7 +83,7 @@ def _outcomes(
             trace.temperature[::SHOWN_EVERY],
         )
 
-    return side_by_side(one, (values, starts, keys))
+    return jax.vmap(one)((values, starts, keys))
 
 
 def cycles_of(course: Course) -> int:
@@ -117,8 +114,7 @@ class Bank:
         """The state of every draw's joint as the course begins."""
         known = (float(course.load[0]), float(course.trained))
         if known not in self._starts:
-            load, trained = map(jnp.asarray, known)
-            self._starts[known] = _starts(self.values(), load, trained, self.shape)
+            self._starts[known] = in_batches(_starts, (self.values(),), known, shape=self.shape)
         return self._starts[known]
 
     def arguments(self, course: Course) -> Any:
@@ -129,18 +125,18 @@ class Bank:
 _COMPILED: dict[Hashable, Callable[..., Any]] = {}
 
 
-def in_parts(program: Any, arguments: Any, common: tuple[Any, ...], **static: Any) -> Any:
-    """`program(*arguments, *common, **static)`, an equal part of the draws on each core.
+def in_batches(program: Any, arguments: Any, common: tuple[Any, ...], **static: Any) -> Any:
+    """`program(*arguments, *common, **static)`, on each core one batch of draws after another.
 
     Compiled here and once: threads that call a new program each compile it for themselves.
     """
     count = jax.tree.leaves(arguments)[0].shape[0]
-    cores = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-    workers = max(1, min(cores, count // FEWEST_PER_CORE))
-    size = -(-count // workers)
+    on_cpu = jax.default_backend() == "cpu"
+    size = SIDE_BY_SIDE if on_cpu else min(ON_ACCELERATORS, count)
+    batches = -(-count // size)
     common = jax.tree.map(jnp.asarray, common)
-    # The last part is filled up with draws from the front, which are dropped afterwards.
-    places = np.arange(workers * size).reshape(workers, size) % count
+    # The last batch is filled up with draws from the front, which are dropped afterwards.
+    places = np.arange(batches * size).reshape(batches, size) % count
     own = [jax.tree.map(lambda x, i=i: x[i], arguments) for i in places]
     leaves, structure = jax.tree.flatten((own[0], common))
     shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
@@ -152,8 +148,8 @@ def in_parts(program: Any, arguments: Any, common: tuple[Any, ...], **static: An
     def part(number: int) -> Any:
         return jax.tree.map(np.asarray, _COMPILED[key](*own[number], *common))
 
-    with ThreadPoolExecutor(workers) as pool:
-        parts = list(pool.map(part, range(workers)))
+    with ThreadPoolExecutor(min(batches, (os.cpu_count() or 1) if on_cpu else 1)) as pool:
+        parts = list(pool.map(part, range(batches)))
     return jax.tree.map(lambda *all_: np.concatenate(all_)[:count], *parts)
 
 
@@ -161,7 +157,7 @@ def in_parts(program: Any, arguments: Any, common: tuple[Any, ...], **static: An
 def run(bank: Bank, law: Law, scenario: Scenario, cost: Cost | None = None) -> Outcome:
     """The scenario under the law for every draw of the bank."""
     course = scenario.course
-    return in_parts(
+    return in_batches(
         _outcomes,
         bank.arguments(course),
         (law, course),

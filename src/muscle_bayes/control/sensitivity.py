@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.batch import Bank, Shape, cycles_of, in_parts, side_by_side
+from muscle_bayes.control.batch import Bank, Shape, cycles_of, in_batches
 from muscle_bayes.control.closed_loop import Clock, simulate
 from muscle_bayes.control.cost import Cost
 from muscle_bayes.control.criteria import JUDGED
@@ -57,7 +57,7 @@ def _values(
         # Three numbers: forward mode carries them along and keeps no history.
         return judged(numbers), jnp.stack(jax.jacfwd(judged)(numbers), -1)
 
-    return side_by_side(one, (values, starts, keys))
+    return jax.vmap(one)((values, starts, keys))
 
 
 def _without_numbers(gains: Gains) -> Gains:
@@ -80,7 +80,7 @@ def judged_values(
     """
     course = scenario.course
 
-    found, slopes = in_parts(
+    found, slopes = in_batches(
         _values,
         bank.arguments(course),
         (numbers, course),

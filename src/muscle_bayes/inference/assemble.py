@@ -155,7 +155,7 @@ def _log_likelihood(problem: Problem, draws: dict[str, Any]) -> xr.Dataset:
     """Log density of each reading given the earlier ones, for each run."""
     layout, data = problem.layout, problem.data
     pieces: dict[int, list[np.ndarray]] = {}
-    vectors = unconstrained(draws, layout, data)
+    vectors = np.asarray(unconstrained(draws, layout, data))
     fits = [fits_with(predictions_at(v, layout, data), v, layout, data) for v in vectors]
     for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
         density = np.stack([np.asarray(fit[group].log_density) for fit in fits])

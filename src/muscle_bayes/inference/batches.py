@@ -5,6 +5,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 SIDE_BY_SIDE = {"cpu": 4}
 """Simulations per batch: a CPU core fills its vector units with these, more only fill its caches."""
@@ -23,5 +24,7 @@ def of_draws(program: Callable[..., Any], vectors: Any, *rest: Any) -> Any:
     One after the other on a CPU, for `program` is compiled already; side by side elsewhere.
     """
     if jax.default_backend() == "cpu":
-        return jax.tree.map(lambda *all_: jnp.stack(all_), *(program(v, *rest) for v in vectors))
+        # Not by jnp.stack, nor over a JAX array: both compile something of hundreds of arguments.
+        found = [program(vector, *rest) for vector in np.asarray(vectors)]
+        return jax.tree.map(lambda *all_: jnp.asarray(np.stack(all_)), *found)
     return jax.jit(lambda vectors: in_batches(lambda v: program(v, *rest), vectors))(vectors)

@@ -20,6 +20,7 @@ from muscle_bayes.inference.density import (
 )
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
+from muscle_bayes.inference.prior_draws import sample_prior
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import (
@@ -68,24 +69,26 @@ class Mode(NamedTuple):
 
 
 @Program
-def _prior_draws(keys: Array, layout: Layout, data: Data) -> Float[Array, "draw n"]:
-    """Prior draws, unconstrained, every other one shrunk."""
+def _starts_of(
+    values: dict[str, Array], shrinking: Float[Array, " draw"], layout: Layout, data: Data
+) -> Float[Array, "draw n"]:
+    """Unconstrained draws, each shrunk by its factor."""
 
-    def one(key: Array, factor: Array) -> Array:
-        parts = jax.random.split(key, len(layout.shapes))
-        values = {
-            name: data.priors[name].sample(part)
-            for part, (name, _) in zip(parts, layout.shapes, strict=True)
-        }
-        values["D"] = factor * values["D"]
+    def one(values: dict[str, Array], factor: Array) -> Array:
+        values = values | {"D": factor * values["D"]}
         for effect in layout.effects:
             for field, parameter in effect_type(effect).parameters.items():
                 name = f"{effect}.{field}"
                 values[name] = parameter.off + factor * (values[name] - parameter.off)
         return unconstrain(values, layout, data)
 
-    factors = jnp.where(jnp.arange(len(keys)) % 2 == 0, 1.0, SHRUNK)
-    return jax.vmap(one)(keys, factors)
+    return jax.vmap(one)(values, shrinking)
+
+
+def _prior_draws(key: Array, count: int, layout: Layout, data: Data) -> Float[Array, "draw n"]:
+    """Prior draws, unconstrained, every other one shrunk."""
+    factors = jnp.where(jnp.arange(count) % 2 == 0, 1.0, SHRUNK)
+    return _starts_of(sample_prior(key, count, layout, data), factors, layout, data)
 
 
 @Program
@@ -205,7 +208,7 @@ def find_mode(
     how it changes. Raises MuscleBayesError when no prior draw gives a finite density.
     """
     # A draw of the right shape must not be passed over because of the noise that was drawn with it.
-    draws = np.asarray(_prior_draws(jax.random.split(key, PRIOR_DRAWS), layout, data))
+    draws = np.asarray(_prior_draws(key, PRIOR_DRAWS, layout, data))
     values = np.array([_with_misfit(draw, layout, data)[1] for draw in draws])
     values = np.where(np.isfinite(values), values, np.inf)
     order = np.argsort(values)

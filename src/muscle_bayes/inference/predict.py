@@ -83,6 +83,20 @@ def disturbances(
     return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
 
 
+@Program
+def _disturbances_of_draws(
+    keys: Array,
+    values: Mapping[str, Array],
+    predicted: Float[Array, "draw lane interval"],
+    lanes: Lanes,
+    regime: str,
+) -> Float[Array, "draw lane interval"]:
+    def one(key: Array, values: Mapping[str, Array], predicted: Array) -> Array:
+        return disturbances(key, values, predicted, lanes, regime)
+
+    return jax.vmap(one)(keys, values, predicted)
+
+
 def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
     """Predictions of the problem's runs under draws of all its sampled values.
 
@@ -98,11 +112,7 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
         outcomes, problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True
     )
     for response, lanes, regime, owners in groups:
-
-        def disturb(key, values, predicted, lanes=lanes, regime=regime):
-            return disturbances(key, values, predicted, lanes, regime)
-
-        extra = jax.vmap(disturb)(keys, draws, response.averaged)
+        extra = _disturbances_of_draws(keys, draws, response.averaged, lanes, regime)
         for lane, owner in enumerate(owners):
             result.setdefault(owner, []).append(_piece(lanes, lane, response, extra))
     return [_joined(problem, index, result[index]) for index in sorted(result)]

@@ -15,14 +15,22 @@ ATTEMPTS = 100
 """Batches after which a prior is taken for impossible."""
 
 
-@Program
-def _batch(key: Array, layout: Layout, data: Data) -> tuple[dict[str, Array], Bool[Array, " draw"]]:
+def sample_prior(key: Array, count: int, layout: Layout, data: Data) -> dict[str, Array]:
+    """`count` draws of all sampled values, possible or not.
+
+    Not one compiled program: that holds a random generator for each quantity, and takes seconds to
+    compile.
+    """
     keys = jax.random.split(key, len(layout.shapes))
-    values = {
-        name: data.priors[name].sample(key, (BATCH,))
+    return {
+        name: data.priors[name].sample(key, (count,))
         for key, (name, _) in zip(keys, layout.shapes, strict=True)
     }
-    return values, jax.vmap(lambda one: is_possible(one, data))(values)
+
+
+@Program
+def _possible(values: dict[str, Array], layout: Layout, data: Data) -> Bool[Array, " draw"]:
+    return jax.vmap(lambda one: is_possible(one, data))(values)
 
 
 def prior_draws(key: Array, count: int, layout: Layout, data: Data) -> dict[str, Array]:
@@ -33,8 +41,8 @@ def prior_draws(key: Array, count: int, layout: Layout, data: Data) -> dict[str,
     found: list[dict[str, np.ndarray]] = []
     missing = count
     for attempt in range(ATTEMPTS):
-        values, possible = _batch(jax.random.fold_in(key, attempt), layout, data)
-        chosen = np.flatnonzero(possible)[:missing]
+        values = sample_prior(jax.random.fold_in(key, attempt), BATCH, layout, data)
+        chosen = np.flatnonzero(_possible(values, layout, data))[:missing]
         found.append({name: np.asarray(value)[chosen] for name, value in values.items()})
         missing -= chosen.size
         if not missing:
