@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from muscle_bayes.control.batch import SIDE_BY_SIDE, in_batches
+from muscle_bayes.control.batch import SIDE_BY_SIDE, batch_by_batch
 from muscle_bayes.inference.precision import double_precision
 
 
@@ -23,7 +23,7 @@ def test_every_draw_keeps_its_place_and_one_program_serves_all_sizes():
 
     for count in (1, SIDE_BY_SIDE, 3 * SIDE_BY_SIDE + 2):
         x = np.linspace(-1.0, 2.0, count)
-        found = in_batches(program, ({"x": jnp.asarray(x)},), (0.5,), power=3)
+        found = batch_by_batch(program, ({"x": jnp.asarray(x)},), (0.5,), power=3)
         np.testing.assert_allclose(found["y"], 0.5 + x**3, rtol=1e-15)
         np.testing.assert_array_equal(found["twice"], 2.0 * x)
     assert traced == [(SIDE_BY_SIDE,)]

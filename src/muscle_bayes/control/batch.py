@@ -1,6 +1,6 @@
 """One law, many draws, one scenario at a time: on all cores, several draws side by side on each.
 
-Programs are compiled for one batch, so that banks of any size share them.
+On a CPU programs are compiled for one batch, so that banks of any size share them.
 """
 
 import os
@@ -114,7 +114,7 @@ class Bank:
         """The state of every draw's joint as the course begins."""
         known = (float(course.load[0]), float(course.trained))
         if known not in self._starts:
-            self._starts[known] = in_batches(_starts, (self.values(),), known, shape=self.shape)
+            self._starts[known] = batch_by_batch(_starts, (self.values(),), known, shape=self.shape)
         return self._starts[known]
 
     def arguments(self, course: Course) -> Any:
@@ -125,7 +125,7 @@ class Bank:
 _COMPILED: dict[Hashable, Callable[..., Any]] = {}
 
 
-def in_batches(program: Any, arguments: Any, common: tuple[Any, ...], **static: Any) -> Any:
+def batch_by_batch(program: Any, arguments: Any, common: tuple[Any, ...], **static: Any) -> Any:
     """`program(*arguments, *common, **static)`, on each core one batch of draws after another.
 
     Compiled here and once: threads that call a new program each compile it for themselves.
@@ -157,7 +157,7 @@ def in_batches(program: Any, arguments: Any, common: tuple[Any, ...], **static: 
 def run(bank: Bank, law: Law, scenario: Scenario, cost: Cost | None = None) -> Outcome:
     """The scenario under the law for every draw of the bank."""
     course = scenario.course
-    return in_batches(
+    return batch_by_batch(
         _outcomes,
         bank.arguments(course),
         (law, course),

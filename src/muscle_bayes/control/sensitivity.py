@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.batch import Bank, Shape, cycles_of, in_batches
+from muscle_bayes.control.batch import Bank, Shape, batch_by_batch, cycles_of
 from muscle_bayes.control.closed_loop import Clock, simulate
 from muscle_bayes.control.cost import Cost
 from muscle_bayes.control.criteria import JUDGED
@@ -54,6 +54,7 @@ def _values(
 
         if not derivatives:
             return judged(numbers), None
+
         def twice(numbers: Numbers) -> Any:
             found = judged(numbers)
             return found, found
@@ -85,7 +86,7 @@ def judged_values(
     """
     course = scenario.course
 
-    found, slopes = in_batches(
+    found, slopes = batch_by_batch(
         _values,
         bank.arguments(course),
         (numbers, course),
