@@ -2,29 +2,11 @@
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from muscle_bayes.errors import MuscleBayesError
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Replace `path` by a file with this content. Raises MuscleBayesError where it cannot be written."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            partial.write_bytes(content)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{path}: cannot be written: {reason}. Mend: name a file that can be written."
-        ) from None
+from muscle_bayes.whole_file import write_whole
 
 
 def write_json(path: Path, data: Any) -> None:

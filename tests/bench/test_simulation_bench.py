@@ -234,9 +234,9 @@ def test_real_ports_in_real_time():
         assert sensor.identify().role is Role.SENSOR
         first_reading(meter, clock, 5.0)
         sensor.stream(30)
-        end = time.monotonic() + 2.0
+        end = time.monotonic() + 60.0  # 2 s where the machine is not busy
         samples, confirmed = [], set()
-        while time.monotonic() < end:
+        while (len(samples) <= 60 or (200, 100) not in confirmed) and time.monotonic() < end:
             if heater.faults:  # a machine so busy that the dead-man noticed
                 heater.clear()
             heater.command_duty(200, 100, *meter.latest.temperatures)
@@ -247,12 +247,12 @@ def test_real_ports_in_real_time():
             clock.sleep(0.02)
         assert (200, 100) in confirmed
         numbers = [sample.number for sample in samples]
-        assert len(numbers) > 20
+        assert len(numbers) > 60
         assert numbers == list(range(len(numbers)))
-        quiet, told = time.monotonic(), []
-        while not told and time.monotonic() < quiet + 5.0:
-            told += [m for m in heater.poll() if isinstance(m, FaultReport)]
+        quiet = time.monotonic()
+        while not heater.faults and time.monotonic() < quiet + 30.0:
+            heater.poll()
             clock.sleep(0.01)
-        assert told == [FaultReport(Fault.DEADMAN)]
+        assert heater.faults == Fault.DEADMAN
         for line in (heater, sensor, meter):
             line.close()

@@ -4,6 +4,7 @@ import os
 import pty
 import select
 import socket
+import struct
 import threading
 import time
 
@@ -71,6 +72,18 @@ def test_loss_is_told_by_reading_and_stays(line):
         with pytest.raises(TransportError, match="gone"):
             act()
     assert transport._port.is_open  # why that is not asked
+
+
+def test_a_lost_line_is_released(line):
+    transport, far = line
+    held = transport._port._socket
+    # Closed with no time to linger, the far end resets the line, and pyserial cannot shut it down.
+    far.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    far.close()
+    with pytest.raises(TransportError, match="gone"):
+        wait_for_loss(transport)
+    transport.close()
+    assert held.fileno() == -1
 
 
 def test_what_came_before_the_loss_is_read(line):

@@ -16,6 +16,7 @@ from muscle_bayes.cli.control_options import (
 )
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.whole_file import write_whole
 
 if TYPE_CHECKING:
     from muscle_bayes.control.criteria import Criterion
@@ -111,9 +112,9 @@ def tune(
         f"{found.criterion} over {draws} draws of {posterior.name}, "
         f"mean of {len(courses)} scenarios: {found.value:.5g}\n" + "\n".join(notes)
     )
-    _write(out, gains_toml(gains, head))
+    write_whole(out, gains_toml(gains, head).encode())
     if header is not None:
-        _write(header, gains_header(gains, joints.design, head))
+        write_whole(header, gains_header(gains, joints.design, head).encode())
     console = Console()
     console.print(
         f"{gains.law}: {gains.proportional:.5g} per rad, {gains.integral:.5g} per rad s, "
@@ -184,16 +185,3 @@ def _scenarios(names: list[str], period: float) -> "list[Scenario]":
                 f"--scenario {name}: is not known. Mend: use a file, or one of {', '.join(known)}"
             )
     return chosen or standard
-
-
-def _write(path: Path, text: str) -> None:
-    partial = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        partial.replace(path)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{path}: cannot be written: {reason}. Mend: name a file that can be written."
-        ) from None

@@ -2,7 +2,6 @@
 
 import hashlib
 import inspect
-import os
 import pickle
 from collections.abc import Callable, Hashable
 from concurrent.futures import Executor, Future
@@ -20,6 +19,7 @@ from jax import export
 from muscle_bayes.inference.problem import Layout
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.provenance import source_checksum
+from muscle_bayes.whole_file import write_whole
 
 TRACED_LAYERS = ("physics", "data", "inference")
 """Layers whose code a trace depends on."""
@@ -174,9 +174,7 @@ class Program[R]:
             path.touch()
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):
             kept = _traced(called, moving)
-            part = path.with_suffix(f".{os.getpid()}")
-            part.write_bytes(kept.written())
-            part.replace(path)
+            write_whole(path, kept.written())
             _drop_unused(path.parent)
         return Lowered(jax.jit(kept.exported.call).lower(*shapes), kept)
 

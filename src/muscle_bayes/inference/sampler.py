@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Lock
 from typing import NamedTuple
 
 import arviz as az
@@ -145,10 +146,13 @@ def draw(
     stage = effort.warmup // STAGES
     done, total = 0, effort.chains * (STAGES * stage + effort.draws)
 
+    counting = Lock()  # chains count in threads of their own
+
     def advanced(count: int) -> None:
         nonlocal done
-        done += count
-        report(done, total)
+        with counting:
+            done += count
+            report(done, total)
 
     with ThreadPoolExecutor(workers) as pool:
         keys = [jax.random.fold_in(key, index) for index in range(effort.chains)]

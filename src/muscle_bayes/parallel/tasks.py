@@ -11,6 +11,7 @@ from distributed import Client, LocalCluster, as_completed
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.provenance import fingerprint
+from muscle_bayes.whole_file import write_whole
 
 WORKERS = 2
 """Processes of the local cluster."""
@@ -71,9 +72,7 @@ def _kept(path: Path, stamp: str) -> dict[str, Any] | None:
 
 
 def _keep(path: Path, stamp: str, result: Any) -> None:
-    partial = path.with_suffix(".part")
-    partial.write_text(json.dumps({"inputs": stamp, "result": result}))
-    partial.replace(path)
+    write_whole(path, json.dumps({"inputs": stamp, "result": result}).encode())
 
 
 def run_tasks(

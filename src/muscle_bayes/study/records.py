@@ -4,7 +4,7 @@ from pathlib import Path
 
 from doit.dependency import JsonDB
 
-from muscle_bayes.json_file import write_whole
+from muscle_bayes.whole_file import write_whole
 
 
 class WholeFile(JsonDB):

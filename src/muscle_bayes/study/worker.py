@@ -10,6 +10,7 @@ from pathlib import Path
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.study.plan import Plan
+from muscle_bayes.whole_file import write_whole
 
 Report = Callable[[str, int, int], None]
 FAILED = 2
@@ -27,9 +28,7 @@ def main(step: str, name: str, place: Path) -> int:
     begun = time.perf_counter()
 
     def report(what: str, done: int, total: int) -> None:
-        partial = telling.with_suffix(".part")
-        partial.write_text(f"{done} {total} {what}", encoding="utf-8")
-        partial.replace(telling)
+        write_whole(telling, f"{done} {total} {what}".encode())
 
     os.environ.setdefault("JAX_PLATFORMS", plan.device if plan.device == "cpu" else "")
     try:

@@ -17,13 +17,14 @@ from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.scenarios import STEP, thesis_scenarios
 from muscle_bayes.control.study import Robustness, robustness, runaway_curve
 from muscle_bayes.control.tune import Effort, tune
-from muscle_bayes.json_file import write_json, write_whole
+from muscle_bayes.json_file import write_json
 from muscle_bayes.report.control_figures import runaway_figure, scenario_figure
 from muscle_bayes.report.risk_figure import RiskCurve, risk_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.steps.joints import draws_of
 from muscle_bayes.study.worker import Report
+from muscle_bayes.whole_file import write_whole
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.result import Discovery
 from muscle_bayes.discovery.summary import verdict_text
-from muscle_bayes.json_file import write_json, write_whole
+from muscle_bayes.json_file import write_json
 from muscle_bayes.report.discovery_figures import (
     before_after_figure,
     misfit_figure,
@@ -12,6 +12,7 @@ from muscle_bayes.report.discovery_figures import (
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.worker import Report
+from muscle_bayes.whole_file import write_whole
 
 
 def make(plan: Plan, name: str, report: Report) -> None:
