@@ -127,6 +127,7 @@ class Plant(eqx.Module):
         seen = self.signals(q, speed, hyst, drive)
         return through_port(self.instant_effects, "friction", self.friction.dry, seen)
 
+    @eqx.filter_jit  # traced once wherever a program asks for it
     def force(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
         """Generalised force [N m or N] of everything but dry friction."""
         effects = self.instant_effects
