@@ -1,10 +1,11 @@
 """Where dry friction lets the rotor rest: the play operator of quasi-static motion."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Int
 
 from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.linkage import Scalar
@@ -17,8 +18,100 @@ STRAIGHT = 0.05
 DIRECT_ERROR = 1e-8
 """Largest error, as a share of the way between the stops, that two Newton steps may leave: the step
 that carries the derivative squares it."""
-FIRST_REACH = 0.02
+FIRST_REACH = 0.04
 """Largest first guess of the distance to the next rest, as a share of the way between the stops."""
+
+START, STEPPED, WIDENING, ENCLOSED, FOUND, AT_STOP = range(6)
+"""Stages of the search."""
+
+
+class _Search(NamedTuple):
+    """How far the search is."""
+
+    stage: Int[Array, ""]
+    x: Scalar
+    """Where force is looked at next; at last, the rest."""
+    direction: Scalar
+    """Of the slide; 0 where the rotor stays."""
+    near: Scalar
+    """Farthest coordinate from which it is known to slide on."""
+    beyond: Scalar
+    """Nearest coordinate at which it is known not to."""
+    step: Scalar
+    """Length of the last step; while the search widens, distance from its start."""
+    count: Int[Array, ""]
+    """Steps since the rest was enclosed."""
+
+
+def _search(
+    force: Callable[[Scalar], Scalar], begin: Scalar, dry: DryLevels, stops: tuple[Scalar, Scalar]
+) -> _Search:
+    """The rest after a slide from `begin`; no derivatives."""
+    span = jnp.abs(stops[1] - stops[0])
+
+    # All stages share one look at the force: each use of it is compiled anew, and is most of the code.
+    def look(now: _Search) -> _Search:
+        value, slope = jax.jvp(force, (now.x,), (jnp.ones_like(now.x),))
+        # So written, a pull that is not finite moves the rotor instead of passing for a stuck one.
+        breaks_away = jnp.where(jnp.abs(value) <= dry.static, 0.0, jnp.sign(value))
+        direction = jnp.where(now.stage == START, breaks_away, now.direction)
+        room = jnp.abs(jnp.where(direction > 0, stops[1], stops[0]) - begin)
+        over = direction * value - dry.sliding
+        slides, falls = over > 0.0, slope < 0.0
+        newton = over / jnp.where(slope == 0.0, 1.0, -slope)
+
+        # Two Newton steps, enough for nearly every interval. They are believed where the second is so
+        # much shorter than the first that the force is nearly straight all the way.
+        reach = jnp.where(falls, newton, 0.0)
+        shrinks = jnp.abs(newton) <= STRAIGHT * now.step
+        # The error left, since errors go with the square of the step before.
+        left = jnp.abs(newton) ** 3 / jnp.where(now.step > 0.0, now.step, 1.0) ** 2
+        inside = (now.step < room) & (jnp.abs(now.x + direction * newton - begin) < room)
+        direct = falls & shrinks & (left <= DIRECT_ERROR * span) & inside
+
+        # Else the search widens from the start, so that it ends at the nearest rest and not at one
+        # beyond an over-centre position.
+        first = jnp.clip(4.0 * now.step, TOLERANCE * span, FIRST_REACH * span)
+        wider = jnp.minimum(jnp.where(now.stage == STEPPED, first, 2.0 * now.step), room)
+
+        # At last Newton's method inside a bracket. A step that leaves it, or hardly shrinks, is
+        # replaced by bisection.
+        enclosed = (now.stage == ENCLOSED) | ((now.stage == WIDENING) & ~slides)
+        near = jnp.where((now.stage >= WIDENING) & slides, now.x, now.near)
+        beyond = jnp.where(enclosed & ~slides, now.x, now.beyond)
+        closer = now.x + direction * newton
+        outside = (slope == 0.0) | (jnp.abs(2.0 * closer - near - beyond) > jnp.abs(beyond - near))
+        slow = (jnp.abs(newton) > 0.5 * now.step) & (now.count > 8)
+        closer = jnp.where(outside | slow, 0.5 * (near + beyond), closer)
+        moved, width = jnp.abs(closer - now.x), jnp.abs(beyond - near)
+        ends = (jnp.minimum(moved, width) <= TOLERANCE * span) | (now.count >= MAX_ITERATIONS)
+
+        def staged(start, stepped, widening, enclosing):
+            other = jnp.where(now.stage == STEPPED, stepped, widening)
+            other = jnp.where(enclosed, enclosing, other)
+            return jnp.where(now.stage == START, start, other)
+
+        stage = staged(
+            jnp.where(direction == 0.0, FOUND, STEPPED),
+            jnp.where(direct, FOUND, WIDENING),
+            jnp.where(now.step >= room, AT_STOP, WIDENING),
+            jnp.where(ends, FOUND, ENCLOSED),
+        )
+        widened = begin + direction * wider
+        stepped = jnp.where(direct, now.x + direction * newton, widened)
+        return _Search(
+            jnp.where(jnp.isfinite(value), stage, FOUND),
+            staged(begin + direction * jnp.minimum(reach, room), stepped, widened, closer),
+            direction,
+            near,
+            beyond,
+            staged(reach, wider, wider, moved),
+            jnp.where(enclosed, now.count + 1, 0),
+        )
+
+    none = jnp.zeros_like(begin)
+    start = _Search(jnp.asarray(START), begin, none, begin, begin, none, jnp.asarray(0))
+    return jax.lax.while_loop(lambda now: now.stage < FOUND, look, start)
 
 
 def play(
@@ -35,82 +128,13 @@ def play(
     Newton's method inside a shrinking bracket; the derivative of the result is that of the implicit
     equation, so it is exact in forward and reverse mode. [rad or m], [N m or N].
     """
-    frozen = jax.lax.stop_gradient((q, args, dry, stops))
-    q_start, args_f, (dry_f, static_f), stops_f = frozen
-
-    def force_and_slope(x: Scalar) -> tuple[Scalar, Scalar]:
-        return jax.jvp(lambda x: force(x, args_f), (x,), (jnp.ones_like(x),))
-
-    pull, slope = force_and_slope(q_start)
-    # So written, a pull that is not finite moves the rotor instead of passing for a stuck one.
-    direction = jnp.where(jnp.abs(pull) <= static_f, 0.0, jnp.sign(pull))
-    far = jnp.where(direction > 0, stops_f[1], stops_f[0])
-    span = jnp.abs(stops_f[1] - stops_f[0])
-    room = jnp.abs(far - q_start)
-
-    # Two Newton steps, enough for nearly every interval. They are believed where the second is so
-    # much shorter than the first that the force is nearly straight all the way.
-    over = direction * pull - dry_f
-    falling = slope < 0.0
-    newton_reach = jnp.where(falling, over / jnp.where(falling, -slope, 1.0), 0.0)
-    close = q_start + direction * jnp.minimum(newton_reach, room)
-    value, slope = force_and_slope(close)
-    correction = (direction * dry_f - value) / jnp.where(slope < 0.0, slope, 1.0)
-    shrinks = jnp.abs(correction) <= STRAIGHT * newton_reach
-    # The error left, since errors go with the square of the step before.
-    square = jnp.where(newton_reach > 0.0, newton_reach, 1.0) ** 2
-    left = jnp.abs(correction) ** 3 / square
-    inside = (newton_reach < room) & (jnp.abs(close + correction - q_start) < room)
-    direct = falling & (slope < 0.0) & shrinks & (left <= DIRECT_ERROR * span) & inside
-    searching = (direction != 0.0) & ~direct
-
-    def excess(x: Scalar) -> Scalar:
-        """Force left after friction, positive while the rotor still slides away from q_start."""
-        return direction * force(x, args_f) - dry_f
-
-    def short(carry):
-        reach, over = carry
-        return searching & (over > 0.0) & (reach < room)
-
-    def widen(carry):
-        reach = jnp.minimum(2.0 * carry[0], room)
-        return reach, excess(q_start + direction * reach)
-
-    # The search widens from the start, so that it ends at the nearest rest and not at one beyond an
-    # over-centre position. The first guess is twice a Newton step.
-    guess = jnp.clip(2.0 * newton_reach, TOLERANCE * span, FIRST_REACH * span)
-    guess = jnp.minimum(guess, 0.5 * room)
-    reach, over = jax.lax.while_loop(short, widen, (guess, jnp.ones_like(over)))
-    beyond = q_start + direction * reach
-    at_stop = searching & (over > 0.0) & (reach >= room)
-
-    def unfinished(carry):
-        _, near, beyond, step, count = carry
-        open_ = (jnp.abs(step) > TOLERANCE * span) & (jnp.abs(beyond - near) > TOLERANCE * span)
-        return open_ & (count < MAX_ITERATIONS)
-
-    def improve(carry):
-        x, near, beyond, step, count = carry
-        value, slope = jax.jvp(excess, (x,), (jnp.ones_like(x),))
-        near = jnp.where(value > 0.0, x, near)
-        beyond = jnp.where(value > 0.0, beyond, x)
-        newton = x - value / jnp.where(slope == 0.0, 1.0, slope)
-        low, high = jnp.minimum(near, beyond), jnp.maximum(near, beyond)
-        # A Newton step that leaves the bracket, or hardly shrinks, is replaced by bisection.
-        inside = (slope != 0.0) & (newton >= low) & (newton <= high)
-        slow = jnp.abs(newton - x) > 0.5 * jnp.abs(step)
-        bisect = ~inside | (slow & (count > 8))
-        new = jnp.where(bisect, 0.5 * (near + beyond), newton)
-        return new, near, beyond, new - x, count + 1
-
-    bracketed = searching & ~at_stop
-    start = (q_start, q_start, jnp.where(bracketed, beyond, q_start), span, 0)
-    found = jax.lax.while_loop(unfinished, improve, start)[0]
-    root = jax.lax.stop_gradient(jnp.where(searching, found, close + correction))
+    begin, still, levels, ends = jax.lax.stop_gradient((q, args, dry, stops))
+    found = jax.lax.stop_gradient(_search(lambda x: force(x, still), begin, levels, ends))
+    root, direction = found.x, found.direction
     # One Newton step with the slope held fixed carries the derivative of the implicit equation.
-    _, slope = force_and_slope(root)
+    _, slope = jax.jvp(lambda x: force(x, still), (root,), (jnp.ones_like(root),))
     residual = force(root, args) - direction * dry.sliding
     slides = root - residual / jnp.where(slope == 0.0, -1.0, slope)
     slides = jnp.where(slope == 0.0, root, slides)
     stop = jnp.where(direction > 0, stops[1], stops[0])
-    return jnp.where(direction == 0.0, q, jnp.where(at_stop, stop, slides))
+    return jnp.where(direction == 0.0, q, jnp.where(found.stage == AT_STOP, stop, slides))
