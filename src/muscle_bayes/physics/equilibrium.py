@@ -39,8 +39,8 @@ class _Search(NamedTuple):
     """Nearest coordinate at which it is known not to."""
     step: Scalar
     """Length of the last step; while the search widens, distance from its start."""
-    count: Int[Array, ""]
-    """Steps since the rest was enclosed."""
+    looks: Int[Array, ""]
+    """Looks at the force since the rest was enclosed."""
 
 
 def _search(
@@ -81,10 +81,10 @@ def _search(
         beyond = jnp.where(enclosed & ~slides, now.x, now.beyond)
         closer = now.x + direction * newton
         outside = (slope == 0.0) | (jnp.abs(2.0 * closer - near - beyond) > jnp.abs(beyond - near))
-        slow = (jnp.abs(newton) > 0.5 * now.step) & (now.count > 8)
+        slow = (jnp.abs(newton) > 0.5 * now.step) & (now.looks > 8)
         closer = jnp.where(outside | slow, 0.5 * (near + beyond), closer)
         moved, width = jnp.abs(closer - now.x), jnp.abs(beyond - near)
-        ends = (jnp.minimum(moved, width) <= TOLERANCE * span) | (now.count >= MAX_ITERATIONS)
+        ends = (jnp.minimum(moved, width) <= TOLERANCE * span) | (now.looks >= MAX_ITERATIONS)
 
         def staged(start, stepped, widening, enclosing):
             other = jnp.where(now.stage == STEPPED, stepped, widening)
@@ -106,7 +106,7 @@ def _search(
             near,
             beyond,
             staged(reach, wider, wider, moved),
-            jnp.where(enclosed, now.count + 1, 0),
+            jnp.where(enclosed, now.looks + 1, 0),
         )
 
     none = jnp.zeros_like(begin)

@@ -131,17 +131,23 @@ def rested(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Pl
     effects, at = plant.memory_effects, (q, hyst, drive)
     if not effects:
         return plant
-    plant = plant.remembering({one.name: jnp.broadcast_to(one.initial(), (2,)) for one in effects})
-    for _ in range(REST_ROUNDS if len(effects) > 1 else 1):
+
+    def in_turn(_: int, memory: Memory) -> Memory:
         for effect in effects:
+            now = plant.remembering(memory)
             states = [
-                _rest_of(plant, effect, side, at)
+                _rest_of(now, effect, side, at)
                 if side in plant.muscles
-                else plant.memory[effect.name][side] * 1.0
+                else memory[effect.name][side]
                 for side in (0, 1)
             ]
-            plant = plant.remembering(plant.memory | {effect.name: jnp.stack(states)})
-    return plant
+            memory = memory | {effect.name: jnp.stack(states)}
+        return memory
+
+    begun = {one.name: jnp.ones(2) * one.initial() for one in effects}
+    if len(effects) == 1:
+        return plant.remembering(in_turn(0, begun))
+    return plant.remembering(jax.lax.fori_loop(0, REST_ROUNDS, in_turn, begun))
 
 
 def starting(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Plant:
