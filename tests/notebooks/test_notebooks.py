@@ -13,8 +13,6 @@ import pytest
 
 PROJECT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((PROJECT / "notebooks").glob("*.py"))
-CHEAP = ("01_quick_start", "09_bench")
-"""Run by `make test`: the others compile programs for minutes where no earlier run has kept them."""
 
 
 def executed(out: Path, *arguments: str) -> str:
@@ -38,28 +36,18 @@ def with_firmware(named: list[Path]) -> list[str]:
     return [str(path) for path in named if built or "bench" not in path.stem]
 
 
-def check_reduced(out: Path, named: list[Path]) -> None:
-    """Run them with little computing and look at what they show."""
-    asked = with_firmware(named)
-    print(executed(out, "--reduced", *asked))
-    written = sorted(out.glob("*.ipynb"))
+@pytest.mark.timeout(3600)
+def test_every_notebook_runs_with_little_computing(tmp_path):
+    asked = with_firmware(NOTEBOOKS)
+    print(executed(tmp_path, "--reduced", *asked))
+    written = sorted(tmp_path.glob("*.ipynb"))
     assert len(written) == len(asked)
     for path in written:
         cells = nbformat.read(path, as_version=4).cells
         outputs = [output for cell in cells for output in cell.get("outputs", ())]
         kinds = {kind for output in outputs for kind in output.get("data", ())}
         assert "image/png" in kinds, f"{path.stem} shows no figure"
-        assert str(out) not in path.read_text(encoding="utf-8"), f"{path.stem} shows a path"
-
-
-def test_notebooks_that_compile_little_run_with_little_computing(tmp_path):
-    check_reduced(tmp_path, [path for path in NOTEBOOKS if path.stem in CHEAP])
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(3600)
-def test_every_notebook_runs_with_little_computing(tmp_path):
-    check_reduced(tmp_path, NOTEBOOKS)
+        assert str(tmp_path) not in path.read_text(encoding="utf-8"), f"{path.stem} shows a path"
 
 
 @pytest.mark.slow
