@@ -70,7 +70,7 @@ def _search(
         direct = falls & shrinks & (left <= DIRECT_ERROR * span) & inside
 
         # Else the search widens from the start, so that it ends at the nearest rest and not at one
-        # beyond an over-centre position.
+        # beyond an over-centre position, unless that is narrower than half the way to it.
         first = jnp.clip(4.0 * now.step, TOLERANCE * span, FIRST_REACH * span)
         wider = jnp.minimum(jnp.where(now.stage == STEPPED, first, 2.0 * now.step), room)
 
