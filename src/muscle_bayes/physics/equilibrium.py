@@ -99,9 +99,12 @@ def _search(
         )
         widened = begin + direction * wider
         stepped = jnp.where(direct, now.x + direction * newton, widened)
+        x = staged(begin + direction * jnp.minimum(reach, room), stepped, widened, closer)
+        # Where force is not finite the search ends, and what comes of it is not finite either.
+        broken = ~jnp.isfinite(value)
         return _Search(
-            jnp.where(jnp.isfinite(value), stage, FOUND),
-            staged(begin + direction * jnp.minimum(reach, room), stepped, widened, closer),
+            jnp.where(broken, FOUND, stage),
+            jnp.where(broken, now.x, x),
             direction,
             near,
             beyond,
