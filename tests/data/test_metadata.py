@@ -188,6 +188,18 @@ REFUSED = {
         ["key columns.position_unit", "did you mean 'rad'"],
     ),
     "sign two": (TOML + COLUMNS + "position_sign = 2", ["columns.position_sign", "one of 1, -1"]),
+    "zero told twice": (
+        TOML + COLUMNS.replace('"rad"', '"counts"\nposition_zero = 3.0'),
+        ["key columns.position_zero", "not in counts", "potentiometer.zero_reading"],
+    ),
+    "uncertainty told twice": (
+        TOML + COLUMNS.replace('"rad"', '"counts"\nposition_zero_uncertainty = 3.0'),
+        ["key columns.position_zero_uncertainty", "potentiometer.zero_uncertainty"],
+    ),
+    "uncertainty below zero": (
+        TOML + COLUMNS + "position_zero_uncertainty = -0.1",
+        ["key columns.position_zero_uncertainty", "-0.1"],
+    ),
     "time is position": (
         TOML + COLUMNS.replace('"q"', '"t"'),
         ["key columns.position", "same column as time", "position's own"],

@@ -76,6 +76,18 @@ def test_counts_become_radians(read):
     assert sensor.reading(sensor.coordinate([3.0, 700.0])) == pytest.approx([3, 700])
 
 
+def test_a_zero_is_as_sure_as_the_metadata_say(read):
+    told = "radians_per_count = 0.0058\nzero_uncertainty = 0.0"
+    assert read().sensor.zero_uncertainty == 2.0
+    assert read(toml=TOML.replace("radians_per_count = 0.0058", told)).sensor.zero_uncertainty == 0
+    lines = ["t,height,hot,kg,force", *(f"{i},{0.5 * i},30,0.1,0" for i in range(6))]
+    assert read(lines, OTHER_RIG).sensor.zero_uncertainty == 0.0
+    unsure = 'position_unit = "mm"\nposition_zero = 0.4\nposition_zero_uncertainty = 0.1'
+    sensor = read(lines, OTHER_RIG.replace('position_unit = "mm"', unsure)).sensor
+    assert (sensor.zero, sensor.zero_uncertainty) == (0.4, 0.1)
+    assert sensor.coordinate(1.4) == pytest.approx(-1e-3)
+
+
 def test_negative_scale_is_a_sign(read):
     sensor = read(toml=TOML.replace("0.0058", "-0.0058")).sensor
     assert (sensor.scale, sensor.sign) == (0.0058, -1)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from muscle_bayes.data import read_runs
@@ -30,3 +32,30 @@ def test_nothing_to_fit_and_effects_named_twice():
         pose([])
     with pytest.raises(MuscleBayesError, match="named twice"):
         pose(read_runs([DATA / "spring-1.csv"]), effects=("bias-torque", "bias-torque"))
+
+
+def in_degrees(folder: Path, source: str, shift: float, told: str) -> Path:
+    """A shipped spring run as another rig would log it: in degrees, its zero off by `shift`."""
+    log = pd.read_csv(DATA / f"{source}.csv", skipinitialspace=True)
+    angle = np.degrees(0.0058 * (log["Potentiometer Reading"] - 512.0)) + shift
+    pd.DataFrame({"t": log["Time (s)"], "angle": angle.round(3)}).to_csv(
+        folder / f"{source}.csv", index=False
+    )
+    toml = (DATA / f"{source}.toml").read_text()
+    start, end = toml.index("[potentiometer]"), toml.index("[element_a]")
+    columns = f'[columns]\ntime = "t"\nposition = "angle"\nposition_unit = "deg"\n{told}\n\n'
+    (folder / f"{source}.toml").write_text(toml[:start] + columns + toml[end:])
+    return folder / f"{source}.csv"
+
+
+def test_a_zero_that_may_be_off_is_an_unknown_of_each_run(tmp_path):
+    exact = read_runs([in_degrees(tmp_path, "spring-1", 0.0, "")])
+    assert "fast.zero" not in dict(pose(exact).layout.shapes)
+    unsure = "position_zero = 5.0\nposition_zero_uncertainty = 0.5"
+    runs = read_runs([*(run.path for run in exact), in_degrees(tmp_path, "spring-2", 5.7, unsure)])
+    posed = pose(runs)
+    assert dict(posed.layout.shapes)["fast.zero"] == (2,)
+    prior = posed.data.priors["fast.zero"]
+    np.testing.assert_allclose(prior.mean, [0.0, 5.0])
+    assert prior.scale[0] < 1e-3
+    assert prior.scale[1] == 0.5

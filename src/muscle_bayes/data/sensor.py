@@ -11,6 +11,8 @@ from muscle_bayes.data.metadata import Metadata
 
 _SI = {"rad": 1.0, "deg": pi / 180.0, "m": 1.0, "mm": 1e-3}
 _MOST_DECIMALS = 12
+ZERO_UNCERTAINTY = 2.0
+"""Standard uncertainty of a potentiometer's zero where none is told, counts."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class Sensor:
     """1, or -1 where the readings count against q"""
     resolution: float
     """step of the readings' grid, in units of reading; 0 where they lie on none"""
+    zero_uncertainty: float
+    """standard uncertainty of `zero`, in units of reading; 0 where it is exact"""
 
     def coordinate(self, reading: ArrayLike) -> NDArray[np.float64]:
         """Rotor coordinate q [rad or m] of readings, same shape."""
@@ -47,13 +51,18 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
     unit = metadata.position_unit
     sign = 1 if metadata.columns is None else int(metadata.columns.position_sign)
     if unit != "counts":
-        return Sensor(unit, 0.0, _SI[unit], sign, grid_step(readings))
+        columns = metadata.columns
+        assert columns is not None, "Metadata guarantees columns where the unit is not counts"
+        zero, uncertainty = columns.position_zero or 0.0, columns.position_zero_uncertainty or 0.0
+        return Sensor(unit, zero, _SI[unit], sign, grid_step(readings), uncertainty)
     potentiometer = metadata.potentiometer
     assert potentiometer is not None, "Metadata guarantees a potentiometer where the unit is counts"
     if potentiometer.radians_per_count < 0:
         sign = -sign
     scale = abs(potentiometer.radians_per_count)
-    return Sensor(unit, potentiometer.zero_reading, scale, sign, 1.0)
+    told = potentiometer.zero_uncertainty
+    uncertainty = ZERO_UNCERTAINTY if told is None else told
+    return Sensor(unit, potentiometer.zero_reading, scale, sign, 1.0, uncertainty)
 
 
 def grid_step(readings: ArrayLike) -> float:

@@ -46,6 +46,8 @@ class Potentiometer(Table):
     """counts at theta = 0"""
     radians_per_count: Finite
     """rad, negative where the reading counts against theta"""
+    zero_uncertainty: NonNegative | None = None
+    """standard uncertainty of zero_reading, counts; absent = 2"""
 
     @model_validator(mode="after")
     def _scale_is_not_zero(self) -> "Potentiometer":
@@ -70,6 +72,10 @@ class Columns(Table):
     position: str
     position_unit: PositionUnit = "counts"
     position_sign: Literal[1, -1] = 1
+    position_zero: Finite | None = None
+    """reading at coordinate zero, in position_unit; absent = 0"""
+    position_zero_uncertainty: NonNegative | None = None
+    """standard uncertainty of that, in position_unit; absent = exact"""
     temperature_a: str | None = None
     temperature_b: str | None = None
     load: str | None = None
@@ -78,11 +84,20 @@ class Columns(Table):
     """known torque, N m, or force, N, where motion is linear"""
 
     @model_validator(mode="after")
-    def _time_is_not_position(self) -> "Columns":
+    def _position_is_described_once(self) -> "Columns":
         if self.time.strip() == self.position.strip():
             raise ValueError(
                 f"position: names the same column as time, {self.time!r}; name the position's own"
             )
+        if self.position_unit == "counts":
+            for key, own in (
+                ("position_zero", "zero_reading"),
+                ("position_zero_uncertainty", "zero_uncertainty"),
+            ):
+                if getattr(self, key) is not None:
+                    raise ValueError(
+                        f"{key}: is for positions that are not in counts; use potentiometer.{own}"
+                    )
         return self
 
 

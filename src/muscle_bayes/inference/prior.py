@@ -20,6 +20,8 @@ from muscle_bayes.physics.springs import tensile_strain
 COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
+EXACT = 1e-3
+"""Spread of an exact zero beside uncertain ones of other runs, as a share of the readings' noise."""
 HYST_STRETCH = 0.1
 """Prior standard deviation of HYST's strain at the first row about its rest."""
 
@@ -200,9 +202,11 @@ def run_sites(
     quantum = np.array([run.sensor.resolution for run in runs])
     level = np.array([reading_noise(run) for run in runs])
     sites = {}
-    if runs[0].unit == "counts":
+    uncertain = np.array([run.sensor.zero_uncertainty for run in runs])
+    if uncertain.any():
         nominal = np.array([run.sensor.zero for run in runs])
-        sites["zero"] = Site(dist.Normal(nominal, 2.0), "counts", "reading at q = 0")
+        spread = np.maximum(uncertain, EXACT * level)
+        sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
     first = np.array([record.start_reading for record in records])
     spread = np.sqrt(level**2 + quantum**2 / 12.0)
     sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")

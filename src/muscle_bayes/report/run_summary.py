@@ -30,6 +30,8 @@ def summarise(run: Run) -> dict[str, Any]:
             "unit": run.unit,
             "reading": _range(table["reading"].to_numpy()),
             "resolution": run.sensor.resolution,
+            "zero": run.sensor.zero,
+            "zero_uncertainty": run.sensor.zero_uncertainty,
             "coordinate_unit": "m" if linear else "rad",
             "coordinate": _range(run.coordinate),
         },
@@ -94,8 +96,10 @@ def _position(position: dict[str, Any]) -> str:
     resolution = position["resolution"]
     step = f", step {resolution:.4g} {position['unit']}" if resolution else ", no grid"
     first, last = position["reading"]
+    doubt = position["zero_uncertainty"]
+    zero = f"zero {position['zero']:.5g} " + (f"+- {doubt:.4g}" if doubt else "(exact)")
     return (
-        f"{first:.5g} to {last:.5g} {position['unit']}{step}\n"
+        f"{first:.5g} to {last:.5g} {position['unit']}{step}, {zero}\n"
         f"= {low:.4g} to {high:.4g} {si} = {shown[0]:.4g} to {shown[1]:.4g} {shown[2]}"
     )
 
