@@ -17,6 +17,14 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
 _BESIDE_THE_PROJECT = Path(__file__).parents[1].parent / "shared" / "real"
 
 
+LONGEST = "test_every_notebook_runs_with_little_computing"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest test comes first: else one worker ends minutes after the others."""
+    items.sort(key=lambda item: item.name != LONGEST)
+
+
 @pytest.fixture(scope="session")
 def real_data() -> Path:
     """The folder of real measurements; the test is skipped where it is absent."""
