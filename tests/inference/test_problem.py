@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+import numpyro.distributions as dist
 import pandas as pd
 import pytest
 
-from muscle_bayes.data import read_runs
+from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.density import log_likelihood
+from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import MUSCLE_PORTS, pose
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 
@@ -59,3 +62,32 @@ def test_a_zero_that_may_be_off_is_an_unknown_of_each_run(tmp_path):
     np.testing.assert_allclose(prior.mean, [0.0, 5.0])
     assert prior.scale[0] < 1e-3
     assert prior.scale[1] == 0.5
+
+
+def likelihood_at_prior_centres(runs: list[Run]) -> float:
+    """Log likelihood where every quantity has its prior's median, or mean where it is normal."""
+    posed = pose(runs)
+    centres = {
+        name: prior.mean if isinstance(prior, dist.Normal) else prior.icdf(0.5)
+        for name, prior in ((name, posed.data.priors[name]) for name, _ in posed.layout.shapes)
+    }
+    return float(log_likelihood(centres, posed.layout, posed.data))
+
+
+@double_precision
+def test_an_exact_zero_counts_where_it_is(tmp_path):
+    paths = []
+    for shift, told in ((0.0, ""), (5.0, "position_zero = 5.0")):
+        folder = tmp_path / f"{shift}"
+        folder.mkdir()
+        paths.append(in_degrees(folder, "spring-1", shift, told))
+    at_zero, away = (likelihood_at_prior_centres(read_runs([path])) for path in paths)
+    assert away == pytest.approx(at_zero, abs=0.01)
+
+    toml = (DATA / "spring-1.toml").read_text()
+    scale = "radians_per_count = 0.0058\n"
+    (tmp_path / "spring-1.csv").write_bytes((DATA / "spring-1.csv").read_bytes())
+    (tmp_path / "spring-1.toml").write_text(toml.replace(scale, scale + "zero_uncertainty = 0.0\n"))
+    exact = likelihood_at_prior_centres(read_runs([tmp_path / "spring-1.csv"]))
+    unsure = likelihood_at_prior_centres(read_runs([DATA / "spring-1.csv"]))
+    assert exact == pytest.approx(unsure, abs=0.01)

@@ -21,7 +21,7 @@ COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
 EXACT = 1e-3
-"""Spread of an exact zero beside uncertain ones of other runs, as a share of the readings' noise."""
+"""Spread of an exact zero that is not 0, or stands beside others, as a share of the readings' noise."""
 HYST_STRETCH = 0.1
 """Prior standard deviation of HYST's strain at the first row about its rest."""
 
@@ -197,14 +197,14 @@ def noise_sites(runs: Sequence[Run], regime: str, typical_time: float) -> dict[s
 def run_sites(
     runs: Sequence[Run], records: Sequence[Record], regime: str, size: Scales
 ) -> dict[str, Site]:
-    """Unknowns of each run: zero of the potentiometer, first reading, first speed, first HYST."""
+    """Unknowns of each run: zero of the sensor, first reading, first speed, first HYST."""
     names = [run.name for run in runs]
     quantum = np.array([run.sensor.resolution for run in runs])
     level = np.array([reading_noise(run) for run in runs])
     sites = {}
     uncertain = np.array([run.sensor.zero_uncertainty for run in runs])
-    if uncertain.any():
-        nominal = np.array([run.sensor.zero for run in runs])
+    nominal = np.array([run.sensor.zero for run in runs])
+    if uncertain.any() or nominal.any():  # else all readings are of q itself
         spread = np.maximum(uncertain, EXACT * level)
         sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
     first = np.array([record.start_reading for record in records])
