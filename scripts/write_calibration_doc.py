@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from muscle_bayes.criticism.replicates import LEAST_SPAN
+
 DOCS = Path(__file__).parents[1] / "docs"
 RUNS = {"fixture": "the five shipped spring runs", "muscle": "the three shipped staircases"}
 
@@ -19,7 +21,9 @@ Written by `make calibration`. Are posteriors as wide as they should be? Simulat
 every parameter's true value among {ranks} draws of its posterior: over many data sets ranks must be
 uniform. All data are synthetic: rig, drive and times of readings are those of the runs named.
 
-- **fixture**: parameters are drawn from the prior.
+- **fixture**: parameters are drawn from the prior. Where friction holds the rotor fast, readings tell
+  nothing: data sets with a run whose readings span less than {span:.0%} of the measured ones are drawn
+  again. That depends on readings alone, so ranks stay uniform.
 - **muscle**: its prior is so wide that in many of its draws the rotor lies at a stop and readings tell
   nothing. So parameters, each run's own included, are drawn from the posterior of the staircases as
   measured, every run is recorded once more at these (from the same start), and they are ranked in the
@@ -48,7 +52,7 @@ def row(name: str, found: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figures."""
     every = {name: json.loads((folder / name / "calibration.json").read_text()) for name in RUNS}
-    page = HEAD.format(ranks=every["fixture"]["ranks_of"])
+    page = HEAD.format(ranks=every["fixture"]["ranks_of"], span=LEAST_SPAN)
     page += "".join(row(name, found) for name, found in every.items())
     for name in every:
         figure = f"calibration-{name}.png"

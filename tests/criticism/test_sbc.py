@@ -8,11 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
+from muscle_bayes.criticism import replicates
 from muscle_bayes.criticism.replicates import Template, replicate
 from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import lane_fits, log_prior
 from muscle_bayes.inference.prior_draws import prior_draws
+from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import potential_at, unconstrained
 from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
@@ -62,6 +64,27 @@ def test_replicates_are_draws_of_the_likelihood() -> None:
     assert abs(every.var() - 1.0) < 4.0 * np.sqrt(2.0 / every.size)
     lag = np.corrcoef(every[1:], every[:-1])[0, 1]
     assert abs(lag) < 4.0 / np.sqrt(every.size)
+
+
+def test_a_rotor_that_sticks_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the prior's draws some stick; what is kept moves, and is what the prior draws where it moves."""
+
+    def spans(problem: Problem) -> np.ndarray:
+        (lanes,) = problem.data.lanes
+        readings, weights = np.asarray(lanes.reading), np.asarray(lanes.weight)
+        return np.array([np.ptp(one[w > 0]) for one, w in zip(readings, weights, strict=True)])
+
+    with jax.enable_x64(True):
+        problem = SPRINGS.problem()
+        least = replicates.LEAST_SPAN * spans(problem)
+        kept = [replicate(problem, seed) for seed in range(15)]
+        monkeypatch.setattr(replicates, "LEAST_SPAN", 0.0)
+        every = [replicate(problem, seed) for seed in range(15)]
+    moves = [bool(np.all(spans(drawn) >= least)) for _, drawn in every]
+    assert 0 < sum(moves) < 15
+    for (values, drawn), (first, _), moved in zip(kept, every, moves, strict=True):
+        assert np.all(spans(drawn) >= least)
+        assert (values["J"] == first["J"]) == moved
 
 
 @pytest.mark.slow

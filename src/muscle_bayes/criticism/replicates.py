@@ -23,8 +23,10 @@ from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import constrained, potential_at, solved_at, unconstrained
 from muscle_bayes.inference.sampler import Effort, agree
 
-ATTEMPTS = 100
-"""Draws of the prior tried for one that can be simulated."""
+ATTEMPTS = 200
+"""Draws of the prior tried for one that can be simulated and moves."""
+LEAST_SPAN = 0.3
+"""Of every run's redrawn readings, in that of the measured ones; those of a rotor that sticks span less."""
 KNOWN_EFFORT = Effort(min_ess=600)
 """Of the posterior from which parameters are drawn."""
 KNOWN_DRAWS = 600
@@ -93,6 +95,12 @@ def _candidates(
         yield unconstrained(values, layout, data)[0]
 
 
+def _spans(reading: Array, weight: Array) -> Float[np.ndarray, " lane"]:
+    """Range of each run's readings [log's unit]."""
+    seen = np.where(np.asarray(weight) > 0, np.asarray(reading), np.nan)
+    return np.asarray(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1))
+
+
 @double_precision
 def replicate(
     problem: Problem, seed: int, known: Sequence[float] | None = None
@@ -101,24 +109,35 @@ def replicate(
 
     `known` stands for values drawn before, unconstrained, from the posterior of the readings as
     measured, which then stay beside those that are redrawn. The likelihood is zero where the model
-    cannot be simulated, so such values are drawn again. Raises MuscleBayesError if none can be.
+    cannot be simulated, so such values are drawn again. So are, without `known`, values and readings
+    where any run's readings span less than LEAST_SPAN of the measured ones: of a rotor that sticks
+    they tell nothing. Ranks stay uniform, for whether a data set counts depends on its readings
+    alone. Raises MuscleBayesError if no draw of the prior gives any.
     """
     layout, data = problem.layout, problem.data
     key_values, key_readings = jax.random.split(jax.random.key(seed))
-    for vector in _candidates(key_values, problem, known):
+    for attempt, vector in enumerate(_candidates(key_values, problem, known)):
         found = solved_at(vector, layout, data).responses
         if not all(bool(one.finite.all()) for one in found):
             continue
         values = {name: one[0] for name, one in constrained(vector[None], layout, data).items()}
-        lanes = []
+        key_attempt = jax.random.fold_in(key_readings, attempt)
+        lanes, moves = [], True
         for index, (group, one) in enumerate(zip(data.lanes, found, strict=True)):
-            key = jax.random.fold_in(key_readings, index)
+            key = jax.random.fold_in(key_attempt, index)
             noise = disturbances(key, values, one.averaged, group, layout.regimes[index])
             again = one.averaged + noise
+            least = LEAST_SPAN * _spans(group.reading, group.weight)
+            moves = moves and bool(np.all(_spans(again, group.weight) >= least))
             lanes.append(
                 group._replace(reading=again) if known is None else group._replace(again=again)
             )
+        if known is None and not moves:
+            continue
         drawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
         if np.isfinite(potential_at(vector, layout, drawn.data)):
             return values, drawn
-    raise MuscleBayesError("no draw of the parameters can be simulated")
+    raise MuscleBayesError(
+        "no draw of the parameters can be simulated and moves; calibrate with narrower priors, as "
+        "those that --given sets, or about the runs as measured (--measured)"
+    )

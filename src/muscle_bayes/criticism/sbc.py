@@ -12,6 +12,7 @@ from scipy.stats import chisquare
 
 from muscle_bayes.criticism.replicates import (
     KNOWN_EFFORT,
+    LEAST_SPAN,
     Template,
     measured_draws,
     replicate,
@@ -100,7 +101,7 @@ def calibration_tasks(
     Each has one of the `known` draws, if there are any, for its truth. Raises MuscleBayesError for
     runs that cannot be read or be calibrated with.
     """
-    inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": known}
+    inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": known, "span": LEAST_SPAN}
     arguments: dict[str, tuple[Any, ...]] = {}
     for one in range(seed, seed + sets):
         chosen = np.random.default_rng(one)
