@@ -24,9 +24,10 @@ from muscle_bayes.inference.whitening import Whitening
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
 TARGET_ACCEPTANCE = 0.8
-SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.3 * np.pi, 0.9 * np.pi
-"""A quarter of a period forgets the start where whitening is exact, more makes up for rejections;
-lengths vary, for the directions in which it is not exact and lest trajectories return."""
+SHORTEST_TRAJECTORY, LONGEST_TRAJECTORY = 0.3 * np.pi, 0.7 * np.pi
+"""A quarter of a period forgets the start where whitening is exact. Lengths vary, for the directions in
+which it is not exact. Longer ones make means known better but spreads worse, on which chains then agree
+late: a fixture's needed half as many draws again with 0.9 pi."""
 SHORTEST_STEP = 0.1
 """Least factor by which steps are shortened where misfit is below its typical size."""
 MOST_STEPS = 128
@@ -40,6 +41,19 @@ ADAPTATION = dual_averaging(gamma=0.2)
 not make steps tiny."""
 
 
+class Simulated(NamedTuple):
+    """The model at one point."""
+
+    predicted: list[LanePrediction]
+    slope: list[LanePrediction]
+    """Derivatives of these in the whitened smooth entries, along the last axis."""
+
+    def pulled_back(self, through: list[LanePrediction]) -> Float[Array, " smooth"]:
+        """Gradient in the whitened entries of what has the gradient `through` in the predictions."""
+        parts = zip(jax.tree.leaves(through), jax.tree.leaves(self.slope), strict=True)
+        return sum((jnp.tensordot(a, b, a.ndim) for a, b in parts), jnp.zeros(()))
+
+
 class ChainState(NamedTuple):
     """Where a chain is."""
 
@@ -47,6 +61,9 @@ class ChainState(NamedTuple):
     """Whitened smooth entries."""
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
+    simulated: Simulated
+    fresh: Bool[Array, ""]
+    """Whether `simulated` is of this point."""
     key: Array
     adaptation: Any
     """Of the logarithm of the leapfrog step, by dual averaging."""
@@ -76,7 +93,8 @@ def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
     log_step = state.adaptation[1]
     start, _, slope, count, _ = ADAPTATION[0](log_step)
     adaptation = (start + log_step, log_step, slope, count, log_step)
-    return state._replace(z=jnp.asarray(z), adaptation=adaptation)
+    stale = jnp.asarray(False)
+    return state._replace(z=jnp.asarray(z), fresh=stale, adaptation=adaptation)
 
 
 class _Trajectory(NamedTuple):
@@ -85,6 +103,9 @@ class _Trajectory(NamedTuple):
     z: Float[Array, " smooth"]
     momentum: Float[Array, " smooth"]
     rest: Float[Array, " n"]
+    simulated: Simulated
+    fresh: Bool[Array, ""]
+    """Whether `simulated` is of z."""
     evaluated: Int[Array, ""]
     """Points so far."""
     steps: Int[Array, ""]
@@ -121,36 +142,45 @@ def kernel_of(layout: Layout) -> Kernel:
 
     begin_adaptation, adapt = ADAPTATION
 
+    def simulate(z: Array, white: Whitening, data: Data, rest: Array) -> Simulated:
+        def predicted(z: Array) -> tuple[list[LanePrediction], list[LanePrediction]]:
+            vector, _ = point_of(z, white, data, rest)
+            found = predictions(constrain(vector, layout, data), layout, data)
+            return found, found
+
+        slope, found = jax.jacfwd(predicted, has_aux=True)(z)
+        return Simulated(found, slope)
+
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
         middle = unbent(white.centre, white.bend, layout, data).vector
         rest = disperse(key_noise, middle, white.noise, layout)
         z = jax.random.normal(key_z, (inner.size,))
-        return ChainState(z, rest, key_rest, begin_adaptation())
+        shapes = jax.eval_shape(simulate, z, white, data, rest)
+        nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
+        return ChainState(z, rest, nothing, jnp.asarray(False), key_rest, begin_adaptation())
 
     def trajectory(
         keys: tuple[Array, Array],
-        z: Array,
-        rest: Array,
+        state: ChainState,
         white: Whitening,
         data: Data,
         step_of: Callable[[Array], tuple[Array, Array]],
     ) -> _Trajectory:
-        """Leapfrog steps from z, the noise drawn anew at its start.
+        """Leapfrog steps from the chain's point, the noise drawn anew at its start.
 
-        One simulation with its derivatives serves each point, and the noise's move at the first:
-        written as one loop, for a program that simulates in one place compiles in half the time.
-        `step_of(rest)` gives length and number of the steps.
+        One simulation with its derivatives serves each point, and the noise's move at the first, for
+        which that of the last trajectory's end may be at hand. Written as one loop, for a program
+        that simulates in one place compiles in half the time. `step_of(rest)` gives length and number
+        of the steps.
         """
         key_noise, key_momentum = keys
 
         def evaluate(now: _Trajectory) -> _Trajectory:
-            def simulate(z: Array) -> list[LanePrediction]:
-                vector, _ = point_of(z, white, data, now.rest)
-                return predictions(constrain(vector, layout, data), layout, data)
-
-            predicted, pull_back = jax.vjp(simulate, now.z)
-            first = now.evaluated == 0
+            simulated = jax.lax.cond(
+                now.fresh, lambda: now.simulated, lambda: simulate(now.z, white, data, now.rest)
+            )
+            predicted, first = simulated.predicted, now.evaluated == 0
 
             def drawn() -> Array:
                 vector, _ = point_of(now.z, white, data, now.rest)
@@ -165,7 +195,7 @@ def kernel_of(layout: Layout) -> Kernel:
                 return potential_given(predicted, vector, layout, data) - log_volume
 
             energy, (through, direct) = jax.value_and_grad(energy_of, (0, 1))(predicted, now.z)
-            gradient = direct + pull_back(through)[0]
+            gradient = direct + simulated.pulled_back(through)
             last = now.evaluated == count
             before = energy + 0.5 * now.momentum @ now.momentum
             share = jnp.where(first | last, 0.5, 1.0)
@@ -175,6 +205,8 @@ def kernel_of(layout: Layout) -> Kernel:
                 z=jnp.where(last, now.z, now.z + step * momentum),
                 momentum=momentum,
                 rest=rest,
+                simulated=simulated,
+                fresh=last,
                 evaluated=now.evaluated + 1,
                 steps=count,
                 begun=jnp.where(first, energy, now.begun),
@@ -184,9 +216,10 @@ def kernel_of(layout: Layout) -> Kernel:
             )
 
         none = jnp.zeros(())
-        momentum = jax.random.normal(key_momentum, z.shape)
+        momentum = jax.random.normal(key_momentum, state.z.shape)
+        at_hand = state.rest, state.simulated, state.fresh
         counts = jnp.asarray(0), jnp.asarray(1)
-        begun = _Trajectory(z, momentum, rest, *counts, none, none, none, none)
+        begun = _Trajectory(state.z, momentum, *at_hand, *counts, none, none, none, none)
         return jax.lax.while_loop(lambda now: now.evaluated <= now.steps, evaluate, begun)
 
     @jax.jit
@@ -209,7 +242,7 @@ def kernel_of(layout: Layout) -> Kernel:
             count = jnp.clip(jnp.ceil(length / short), 1, MOST_STEPS)
             return jnp.minimum(length / count, short), count.astype(int)
 
-        moved = trajectory(tuple(keys), state.z, rest, white, data, step_of)
+        moved = trajectory(tuple(keys), state._replace(rest=rest), white, data, step_of)
         rise = moved.ended_whole - moved.begun_whole
         rise = jnp.where(jnp.isnan(rise), jnp.inf, rise)
         acceptance = jnp.exp(jnp.minimum(-rise, 0.0))
@@ -220,7 +253,7 @@ def kernel_of(layout: Layout) -> Kernel:
         vector, log_volume = point_of(z, white, data, moved.rest)
         log_density = -energy - log_volume
         # Whole, for the walled moves look at stiffnesses as they are now.
-        rest = vector
+        rest, fresh = vector, accepted
         if outer.size:
 
             def energy_at(z: Array, rest: Array) -> Array:
@@ -232,6 +265,7 @@ def kernel_of(layout: Layout) -> Kernel:
             walled = move_walled(
                 key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
             )
+            fresh &= jnp.all(walled.vector == rest)
             z, rest = walled.z, walled.vector
             vector, log_volume = point_with(z, white, data, rest)
             log_density = -walled.energy - log_volume
@@ -243,7 +277,7 @@ def kernel_of(layout: Layout) -> Kernel:
             moved.begun_whole,
             log_density,
         )
-        return ChainState(z, rest, key, adaptation), kept
+        return ChainState(z, rest, moved.simulated, fresh, key, adaptation), kept
 
     def advance(
         state: ChainState, white: Whitening, data: Data, step: Array, count: Array
