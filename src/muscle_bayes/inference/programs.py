@@ -11,6 +11,7 @@ from muscle_bayes.inference.density import (
     LaneFit,
     constrain,
     explained,
+    first_hyst_entries,
     potential_given,
     room_of,
     unconstrain,
@@ -89,6 +90,8 @@ def _room_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> tuple[Ar
 
 def walls_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Walls:
     """Where vectors near this one are possible."""
+    if not first_hyst_entries(layout.shapes).size:
+        return Walls(np.zeros(0), np.zeros((0, vector.size)))
     return Walls(*map(np.asarray, _room_at(vector, layout, data)))
 
 
