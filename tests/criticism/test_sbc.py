@@ -87,6 +87,18 @@ def test_a_rotor_that_sticks_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> 
         assert (values["J"] == first["J"]) == moved
 
 
+def test_draws_that_give_no_data_set_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replicates, "LEAST_SPAN", 1e6)
+    monkeypatch.setattr(replicates, "ATTEMPTS", 3)
+    with jax.enable_x64(True):
+        problem = SPRINGS.problem()
+        with pytest.raises(MuscleBayesError, match=r"none of 3 draws.*--measured"):
+            replicate(problem, 0)
+        size = sum(int(np.prod(shape)) for _, shape in problem.layout.shapes)
+        with pytest.raises(MuscleBayesError, match="cannot be simulated again"):
+            replicate(problem, 0, [np.nan] * size)
+
+
 @pytest.mark.slow
 def test_a_data_set_is_ranked_in_every_quantity() -> None:
     ranked = rank_data_set(SPRINGS, 3)

@@ -64,7 +64,8 @@ def sbc(
     """Simulation-based calibration: fit data sets drawn from prior and likelihood.
 
     The truth of each must rank uniformly among the draws of its posterior, in every quantity: tested
-    by chi-square, corrected by Bonferroni. --measured makes it a posterior SBC: for priors so wide
+    by chi-square, corrected by Bonferroni. Data sets in which a run's readings hardly move are drawn
+    again: they tell nothing. --measured makes it a posterior SBC: for priors so wide
     that few of their draws resemble the rig. Every finished data set is kept in DIR, so interrupted
     work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
     """

@@ -112,7 +112,7 @@ def replicate(
     cannot be simulated, so such values are drawn again. So are, without `known`, values and readings
     where any run's readings span less than LEAST_SPAN of the measured ones: of a rotor that sticks
     they tell nothing. Ranks stay uniform, for whether a data set counts depends on its readings
-    alone. Raises MuscleBayesError if no draw of the prior gives any.
+    alone. Raises MuscleBayesError if no draw of the prior, or not the known one, gives any.
     """
     layout, data = problem.layout, problem.data
     key_values, key_readings = jax.random.split(jax.random.key(seed))
@@ -137,7 +137,12 @@ def replicate(
         drawn = replace(problem, data=data._replace(lanes=tuple(lanes)))
         if np.isfinite(potential_at(vector, layout, drawn.data)):
             return values, drawn
+    if known is not None:
+        raise MuscleBayesError(
+            "a draw of the posterior of the runs as measured cannot be simulated again. Mend: "
+            "look at that posterior first, with `muscle-bayes fit` and the same options"
+        )
     raise MuscleBayesError(
-        "no draw of the parameters can be simulated and moves; calibrate with narrower priors, as "
-        "those that --given sets, or about the runs as measured (--measured)"
+        f"none of {ATTEMPTS} draws of the prior can be simulated and moves. Mend: calibrate about the "
+        "runs as measured (--measured), or with J and D of an earlier fit (--given)"
     )
