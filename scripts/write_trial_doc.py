@@ -3,11 +3,16 @@
 python scripts/write_trial_doc.py FOLDER, with trial.json and trial.png in it.
 """
 
+import inspect
 import json
 import shutil
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
+
+from muscle_bayes.cli.trial import trial
+from muscle_bayes.trial.cases import KINDS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -16,13 +21,22 @@ BASELINES = ROOT / "benchmarks" / "results" / "discovery.json"
 HEAD = """# Trial of discovery
 
 Written by `make trial`; do not edit. Effects were hidden in SYNTHETIC runs of random rigs (geometry,
-true parameters, strengths, noise), {cases} data sets in all, and searched blind (docs/discovery.md).
+true parameters, strengths, noise), and searched blind (docs/discovery.md): {extent}.
 Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
 at least half the noise of a reading.
 
 | claim | wanted | found | 95 % interval | |
 |---|---|---|---|---|
 """
+
+
+def extent(outcomes: list[dict[str, Any]]) -> str:
+    """How many data sets of each kind there were, and of how many."""
+    counts = Counter(one["kind"] for one in outcomes)
+    whole = {kind: inspect.signature(trial).parameters[kind].default for kind in KINDS}
+    parts = ", ".join(f"{counts[kind]} of {whole[kind]} ({kind})" for kind in KINDS)
+    missing = sum(whole.values()) - len(outcomes)
+    return f"{parts}" + (", **so not yet the whole trial**" if missing > 0 else "")
 
 
 def verdict(one: dict[str, Any]) -> str:
@@ -38,7 +52,7 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    page = HEAD.format(cases=found["cases"])
+    page = HEAD.format(extent=extent(found["outcomes"]))
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "

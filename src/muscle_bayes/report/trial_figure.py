@@ -5,6 +5,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
+from muscle_bayes.trial.counts import Rate
 
 
 def trial_figure(numbers: dict[str, Any]) -> Figure:
@@ -25,9 +26,12 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
         left.set(xlim=(-0.6, len(said) - 0.4), ylim=(len(hidden) - 0.4, -0.6))
         left.set_xticks(range(len(said)), said, rotation=60, ha="right")
         left.set_yticks(range(len(hidden)), hidden)
-        left.set_title("hidden (rows), said first (columns): number of cases")
+        left.set_title("detectable effect hidden (rows), said first (columns): cases")
         right.plot([0, 1], [0, 1], color=GREY, linestyle="--", linewidth=1.0)
         for one in numbers["reliability"]:
+            hits = round(one["true"] * one["statements"])
+            came = Rate.of("", "", [number < hits for number in range(one["statements"])])
+            right.plot([one["said"]] * 2, [came.low, came.high], color=BLUE, linewidth=1.0)
             right.plot(one["said"], one["true"], "o", color=BLUE)
             right.annotate(
                 f"{one['statements']}",
@@ -37,8 +41,13 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
                 color=BLACK,
                 fontsize=8,
             )
-        right.set(xlim=(0, 1.05), ylim=(0, 1.05), xlabel="probability given", ylabel="share true")
-        right.set_title(f"calibration error {numbers['calibration_error']:.3f}")
+        right.set(
+            xlim=(0, 1.08), ylim=(-0.08, 1.05), xlabel="probability given", ylabel="share true"
+        )
+        right.set_title(
+            f"reliability: answers, 95 % intervals\n"
+            f"calibration error {numbers['calibration_error']:.3f}"
+        )
         fig.suptitle(
             f"Trial of discovery on {numbers['cases']} SYNTHETIC data sets", x=0.01, ha="left"
         )
