@@ -1,0 +1,42 @@
+"""The trial's figure and page, on outcomes made up for them."""
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+
+from muscle_bayes.report.trial_figure import trial_figure
+from muscle_bayes.trial.counts import counted
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "write_trial_doc.py"
+
+
+def _outcomes(count: int) -> list[dict]:
+    said = {"none": 0.9, "slack": 0.05, "unknown": 0.05}
+    one = {"kind": "none", "hidden": [], "verdict": ["none"], "tie": [], "excess": 0.0}
+    return [one | {"probabilities": said, "ports": [], "port": None, "held_out": 1.0}] * count
+
+
+def test_figure_shows_each_share_with_its_interval() -> None:
+    left, right = trial_figure(counted(_outcomes(10))).axes
+    assert [text.get_text() for text in left.texts] == ["10"]
+    _, interval, share = (line.get_xydata() for line in right.lines)
+    assert share.tolist() == [[pytest.approx(0.9), 1.0]]
+    # Clopper and Pearson, 10 of 10: 0.025^(1/10).
+    assert interval[:, 1] == pytest.approx([0.025**0.1, 1.0])
+
+
+def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> None:
+    script = runpy.run_path(str(SCRIPT))
+    outcomes = _outcomes(7)
+    assert script["extent"](outcomes) == (
+        "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
+        "**so not yet the whole trial**"
+    )
+    monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
+    (tmp_path / "trial.json").write_text(json.dumps({**counted(outcomes), "outcomes": outcomes}))
+    (tmp_path / "trial.png").write_bytes(b"")
+    script["main"](tmp_path)
+    page = (tmp_path / "trial.md").read_text()
+    assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page
