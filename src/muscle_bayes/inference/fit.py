@@ -90,7 +90,7 @@ def sample(
     def searched(_: str) -> None:
         nonlocal tried
         tried += 1
-        report("searching", tried, STARTS)
+        report("searching", tried, max(tried, STARTS))
 
     preparation = prepare(problem.layout, problem.data)
     with ThreadPoolExecutor(1) as pool:

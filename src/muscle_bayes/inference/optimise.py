@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move
 from muscle_bayes.inference.density import (
     constrain,
@@ -20,6 +21,7 @@ from muscle_bayes.inference.density import (
 )
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
+from muscle_bayes.inference.other_forces import with_other_forces
 from muscle_bayes.inference.prior_draws import sample_prior
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
@@ -46,7 +48,9 @@ model is wrong, or most starts lead to a mode that is."""
 FINALISTS, SAME_MODE = 5, 0.1
 """Most shapes that are fitted in full, best first, until the best two come so close in -log density."""
 SHAPE_ROUNDS, SHAPE_STEPS = 4, 15
-"""Rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
+"""Most rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
+SETTLED = 1e-3
+"""Relative change of the misfit in a round after which there is none more."""
 MAX_STEPS = 60
 LEAST_GAIN = 1e-3
 """Decrease of the potential below which a descent ends."""
@@ -156,7 +160,16 @@ def _noise_mask(layout: Layout) -> np.ndarray:
     )
 
 
-def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Mode:
+class Descent(NamedTuple):
+    """Where a descent has ended."""
+
+    vector: Float[Array, " n"]
+    """Unconstrained."""
+    potential: float
+    steps: int
+
+
+def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Descent:
     """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
     entries = first_hyst_entries(layout.shapes)
 
@@ -186,13 +199,48 @@ def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit:
             damping *= 6.0
             if damping > 1e8:
                 break
-    return Mode(vector, value, _curvature(vector, layout, data)[1], step)
+    return Descent(vector, value, step)
+
+
+def _to_mode(vector: Array, layout: Layout, data: Data) -> Mode:
+    """Descend in all entries, as far as it goes."""
+    found = _descend(vector, layout, data, np.ones(vector.size), MAX_STEPS)
+    information = _curvature(found.vector, layout, data)[1]
+    return Mode(found.vector, found.potential, information, found.steps)
+
+
+class Shape(NamedTuple):
+    """A start after its misfit was fitted as if it were white."""
+
+    level: float
+    """Negative log density with its misfit taken for lasting."""
+    vector: Float[Array, " n"]
+    """With that noise."""
+    ratio: float
+    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
+
+
+def _shaped(vector: Array, layout: Layout, data: Data) -> Shape:
+    """Fit the whole shape of runs, the noise set to the misfit before each round.
+
+    In the first round minimum forces are held: while all else is wrong, their prior alone would pull a
+    spring open that has to be shut.
+    """
+    free = _noise_mask(layout)
+    misfit, level = _with_misfit(vector, layout, data)
+    for count in range(SHAPE_ROUNDS):
+        held = blocks(layout).walled if count == 0 else []
+        physical = np.where(np.isin(np.arange(free.size), held), 0.0, free)
+        vector = _descend(misfit.white, layout, data, physical, SHAPE_STEPS).vector
+        before, (misfit, level) = misfit, _with_misfit(vector, layout, data)
+        if count and abs(before.ratio - misfit.ratio) < SETTLED * misfit.ratio:
+            break
+    return Shape(level, misfit.lasting, float(misfit.ratio))
 
 
 def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
     """The local maximum to which a mode of slightly different data leads."""
-    everything = np.ones(mode.vector.size)
-    return _descend(mode.vector, layout, data, everything, MAX_STEPS)
+    return _to_mode(mode.vector, layout, data)
 
 
 def find_mode(
@@ -205,7 +253,9 @@ def find_mode(
 
     Each start is first fitted as if its misfit were independent noise, which looks at the whole
     shape of a run, and only the best of these with the discrepancy's correlation, which looks at
-    how it changes. Raises MuscleBayesError when no prior draw gives a finite density.
+    how it changes. From the best shape minimum forces are tried elsewhere, for descents do not find
+    their way from a spring that is open to one that is shut. Raises MuscleBayesError when no prior draw
+    gives a finite density.
     """
     # A draw of the right shape must not be passed over because of the noise that was drawn with it.
     draws = np.asarray(_prior_draws(key, PRIOR_DRAWS, layout, data))
@@ -217,25 +267,30 @@ def find_mode(
             "the model cannot be simulated anywhere in the prior for these runs; check the geometry "
             "in their metadata (lengths in m, masses in kg, angles in rad)"
         )
-    physical, everything = _noise_mask(layout), np.ones(len(_noise_mask(layout)))
-    shaped = []
+    shapes: list[Shape] = []
+
+    def try_from(start: Array) -> None:
+        shapes.append(_shaped(start, layout, data))
+        report(f"start {len(shapes)}: -log density {shapes[-1].level:.2f}")
+
+    def best() -> Shape:
+        return min(shapes, key=lambda shape: shape.level)
+
     pairs = zip(order[order % 2 == 1], order[order % 2 == 0], strict=True)
-    for count, start in enumerate([index for pair in pairs for index in pair][:STARTS]):
-        vector = jnp.asarray(draws[start])
-        for _ in range(SHAPE_ROUNDS):
-            vector = _with_misfit(vector, layout, data)[0].white
-            vector = _descend(vector, layout, data, physical, SHAPE_STEPS).vector
-        misfit, level = _with_misfit(vector, layout, data)
-        shaped.append((level, count, misfit.lasting, float(misfit.ratio)))
-        report(f"start {count + 1} of at most {STARTS}: -log density {shaped[-1][0]:.2f}")
-        levels = np.array([one[0] for one in shaped])
-        wanted = AGREEING if shaped[int(np.argmin(levels))][3] < CLOSE else AGREEING_AFAR
-        if np.sum(levels < levels.min() + AGREEMENT) >= wanted:
+    for start in [index for pair in pairs for index in pair][:STARTS]:
+        try_from(jnp.asarray(draws[start]))
+        wanted = AGREEING if best().ratio < CLOSE else AGREEING_AFAR
+        if sum(shape.level < best().level + AGREEMENT for shape in shapes) >= wanted:
             break
-    shaped.sort(key=lambda one: one[:2])
+    level = np.inf
+    while best().level < level - AGREEMENT:
+        level = best().level
+        for vector in with_other_forces(best().vector, layout, data):
+            try_from(vector)
+    shapes.sort(key=lambda shape: shape.level)
     modes: list[Mode] = []
-    for _, _, vector, _ in shaped[:FINALISTS]:
-        modes.append(_descend(vector, layout, data, everything, MAX_STEPS))
+    for shape in shapes[:FINALISTS]:
+        modes.append(_to_mode(shape.vector, layout, data))
         modes.sort(key=lambda mode: mode.potential)
         if len(modes) > 1 and modes[1].potential - modes[0].potential < SAME_MODE:
             break
