@@ -23,7 +23,7 @@ HEAD = """# Trial of discovery
 Written by `make trial`; do not edit. Effects were hidden in SYNTHETIC runs of random rigs (geometry,
 true parameters, strengths, noise), and searched blind (docs/discovery.md): {extent}.
 Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
-at least half the noise of a reading.
+at least half the error of a reading (noise and rounding).
 
 | claim | wanted | found | 95 % interval | |
 |---|---|---|---|---|

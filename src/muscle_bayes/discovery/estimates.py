@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from muscle_bayes.discovery.judged import laplace_draws
 from muscle_bayes.discovery.result import Estimate
-from muscle_bayes.discovery.tolerance import noise_of_reading
+from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested, values_at
 
@@ -46,12 +46,14 @@ def undetermined(nested: Nested, before: Fitted, after: Fitted) -> tuple[str, ..
 def noise_floor(nested: Nested) -> dict[str, float]:
     """RMS that noise and rounding alone give in each run's mean readings [the log's unit]."""
     variance: dict[str, list[np.ndarray]] = {}
-    for lanes, owners in zip(nested.data.lanes, nested.problem.lane_runs, strict=True):
+    problem, level = nested.problem, noise_by_regime(nested.problem)
+    groups = zip(nested.data.lanes, problem.lane_runs, problem.layout.regimes, strict=True)
+    for lanes, owners, regime in groups:
         for lane, owner in enumerate(owners):
-            run = nested.problem.runs[owner]
+            run = problem.runs[owner]
             weight, coarse = np.asarray(lanes.weight[lane]), np.asarray(lanes.coarse[lane])
             seen = weight > 0
-            noise = noise_of_reading(run) ** 2 / weight[seen]
+            noise = level[regime] ** 2 / weight[seen]
             rounding = run.sensor.resolution**2 * coarse[seen]
             variance.setdefault(run.name, []).append(noise + rounding)
     return {

@@ -229,7 +229,7 @@ def _shaped(vector: Array, layout: Layout, data: Data) -> Shape:
     free = _noise_mask(layout)
     misfit, level = _with_misfit(vector, layout, data)
     for count in range(SHAPE_ROUNDS):
-        held = blocks(layout).walled if count == 0 else []
+        held = blocks(layout).walled if count == 0 else np.zeros(0, int)
         physical = np.where(np.isin(np.arange(free.size), held), 0.0, free)
         vector = _descend(misfit.white, layout, data, physical, SHAPE_STEPS).vector
         before, (misfit, level) = misfit, _with_misfit(vector, layout, data)

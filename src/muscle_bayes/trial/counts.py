@@ -11,9 +11,9 @@ from scipy.stats import beta
 from muscle_bayes.discovery.naming import NONE, UNKNOWN
 
 DETECTABLE = 0.5
-"""Least excess misfit, in the noise of a reading, of a case that counts as detectable."""
+"""Least excess misfit, in the error of a reading, of a case that counts as detectable."""
 CLOSE = 1.2
-"""Largest RMSE of held-out readings, in their noise, that counts as explained."""
+"""Largest RMSE of held-out readings, in their own error, that counts as explained."""
 BINS = 5
 
 

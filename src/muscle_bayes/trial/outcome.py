@@ -1,6 +1,7 @@
 """One case of a trial: made, searched blind, and judged."""
 
 import tempfile
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.data.run import Run
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.discovery.result import Discovery, Judged
@@ -28,7 +30,7 @@ def run_case(case: Case) -> dict[str, Any]:
             write_run(Path(folder), name, run.log, run.metadata)
         runs = read_runs([Path(folder)])
         found = discover(runs, hold_out=[HELD_OUT], seed=case.seed)
-    noise = {run.name: noise_of_reading(run) for run in runs}
+    noise = error_of_reading(runs)
     verdict = found.verdict
     return {
         "kind": case.kind,
@@ -42,7 +44,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "gates": [[step.gate.gain, step.gate.se, step.gate.by] for step in found.steps],
         "stopped_because": found.stopped_because,
         "excess": excess(found, noise),
-        "held_out": held_out_ratio(found.final, noise[HELD_OUT], found),
+        "held_out": held_out_ratio(found.final, noise, found),
         "bic": dict(found.naming.bic),
         "regression": {
             "effects": list(found.regression.effects),
@@ -56,8 +58,14 @@ def run_case(case: Case) -> dict[str, Any]:
     }
 
 
-def excess(found: Discovery, noise: dict[str, float]) -> float:
-    """Largest misfit of the nominal model in any fitted run, above the noise of means, in the noise
+def error_of_reading(runs: Sequence[Run]) -> float:
+    """RMS error of one reading, noise and rounding [the log's unit], of runs logged by one sensor."""
+    noise = np.median([noise_of_reading(run) for run in runs])
+    return float(np.sqrt(noise**2 + runs[0].sensor.resolution ** 2 / 12.0))
+
+
+def excess(found: Discovery, noise: float) -> float:
+    """Largest misfit of the nominal model in any fitted run, above the noise of means, in the error
     of a reading: at least 0.5 counts as detectable.
 
     What the noise of a run's n means may leave by chance, two standard errors of their mean square,
@@ -67,12 +75,12 @@ def excess(found: Discovery, noise: dict[str, float]) -> float:
     for line in found.located.traces:
         chance = found.floor[line.run] ** 2 * (1.0 + 2.0 * np.sqrt(2.0 / line.residual.size))
         above = max(float(np.mean(line.residual**2)) - chance, 0.0)
-        ratios.append(np.sqrt(above) / noise[line.run])
+        ratios.append(np.sqrt(above) / noise)
     return float(max(ratios))
 
 
 def held_out_ratio(judged: Judged, noise: float, found: Discovery) -> float:
-    """RMSE of single held-out readings over their noise.
+    """RMSE of single held-out readings over their own error.
 
     Means of many readings show the model's error e alone; of a single one it is sqrt(noise^2 + e^2).
     """
