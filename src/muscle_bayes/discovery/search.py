@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import jax
 import numpy as np
 
+from muscle_bayes.discovery.forces import with_best_forces
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend
@@ -21,7 +22,8 @@ HOPELESS = 30.0
 GROSS_STEPS = 12
 """The same where misfit is gross: parameters have far to go."""
 REVISITED = 3
-"""Candidates from which the model without them is searched once more."""
+"""Candidates that are fitted with other forces too, and from which the model without them is searched
+once more."""
 
 
 def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> Fitted | None:
@@ -85,11 +87,13 @@ def fit_candidates(
     screened: Mapping[str, Sequence[Start]],
     report: Report = lambda name, done, total: None,
 ) -> dict[str, Fitted]:
-    """The best fit of each candidate that can be simulated."""
+    """The best fit of each candidate that can be simulated; of the likeliest with the best forces."""
     found = {}
     for done, (effect, starts) in enumerate(screened.items()):
         report(effect, done, len(screened))
         one = best_fit(nested, base, effect, starts)
         if one is not None:
             found[effect] = one
+    for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:REVISITED]:
+        found[effect] = with_best_forces(nested, found[effect])
     return found

@@ -1,4 +1,6 @@
-"""The same shape with a spring opening elsewhere: which springs open at which loads parts basins."""
+"""The same point with a spring opening elsewhere: which springs open at which loads parts basins."""
+
+from collections.abc import Callable, Mapping
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,45 +19,68 @@ SEEN = 0.01
 
 
 @Program
-def _levels(layout: Layout, data: Data) -> Float[Array, "walled level"]:
+def _levels(layout: Layout, data: Data) -> dict[str, Float[Array, " level"]]:
+    return {
+        name: biject_to(data.priors[name].support).inv(data.priors[name].icdf(jnp.array(LEVELS)))
+        for name, _ in layout.shapes
+        if name in WALLED
+    }
+
+
+def force_levels(layout: Layout, data: Data) -> dict[str, Float[np.ndarray, " level"]]:
+    """Unconstrained values that each minimum force is given; empty where there is no muscle."""
     names = [name for name, _ in layout.shapes if name in WALLED]
-    priors = [data.priors[name] for name in names]
-    return jnp.stack([biject_to(p.support).inv(p.icdf(jnp.array(LEVELS))) for p in priors])
+    levels = _levels(layout, data) if names else {}
+    # In the layout's order, not in that of a compiled program's keys.
+    return {name: np.asarray(levels[name]) for name in names}
 
 
-def _readings(vector: Array, layout: Layout, data: Data) -> Float[np.ndarray, " reading"]:
-    """Predicted readings, in the noise expected of one."""
-    predicted = predictions_at(vector, layout, data)
-    expected = [float(data.priors[f"{regime}.noise"].mean) for regime in layout.regimes]
-    parts = zip(predicted, data.lanes, expected, strict=True)
-    return np.concatenate(
-        [
-            (np.asarray(one.reading) / noise)[np.asarray(lanes.weight) > 0]
-            for one, lanes, noise in parts
-        ]
-    )
+def expected_noise(layout: Layout, data: Data) -> list[float]:
+    """Prior mean of a reading's noise in each group of lanes [the log's unit]."""
+    return [float(data.priors[f"{regime}.noise"].mean) for regime in layout.regimes]
 
 
-def with_other_forces(
-    vector: Float[Array, " n"], layout: Layout, data: Data
-) -> list[Float[Array, " n"]]:
-    """The unconstrained vector with each minimum force at quantiles of its prior, where this is seen.
+def moved_forces(
+    point: Float[np.ndarray, " n"],
+    levels: Mapping[int, Float[np.ndarray, " level"]],
+    readings: Callable[[np.ndarray], Float[np.ndarray, " reading"]],
+) -> list[Float[np.ndarray, " n"]]:
+    """The point with each of these entries at each of its levels, where this is seen.
 
-    While the tension stays on one side of a minimum force, nothing tells a descent what lies on the
-    other: it ends in the basin where it began. A force that opens its spring where another did changes
-    no prediction, taut_strain being held, and is left out.
+    `readings`: what a point predicts, in the noise expected of a reading. While the tension stays on one
+    side of a minimum force, nothing tells a descent what lies on the other: it ends in the basin where
+    it began. A force that opens its spring where another did changes no prediction, taut_strain being
+    held, and is left out.
     """
-    walled = blocks(layout).walled
-    if not walled.size:
-        return []
-    found: list[Array] = []
-    known = [_readings(vector, layout, data)]
-    for entry, levels in zip(walled, np.asarray(_levels(layout, data)), strict=True):
-        for level in levels:
-            moved = jnp.asarray(vector).at[int(entry)].set(level)
-            there = _readings(moved, layout, data)
+    found: list[np.ndarray] = []
+    known = [readings(point)]
+    for entry, values in levels.items():
+        for value in values:
+            moved = np.array(point)
+            moved[entry] = value
+            there = readings(moved)
             nearest = min(np.abs(there - one).max() for one in known)
             if np.isfinite(there).all() and nearest > SEEN:
                 found.append(moved)
                 known.append(there)
     return found
+
+
+def with_other_forces(
+    vector: Float[Array, " n"], layout: Layout, data: Data
+) -> list[Float[np.ndarray, " n"]]:
+    """The unconstrained vector with each minimum force at quantiles of its prior, where this is seen."""
+    expected = expected_noise(layout, data)
+
+    def readings(vector: np.ndarray) -> np.ndarray:
+        predicted = predictions_at(jnp.asarray(vector), layout, data)
+        groups = zip(predicted, data.lanes, expected, strict=True)
+        parts = [
+            (np.asarray(one.reading) / noise)[np.asarray(lanes.weight) > 0]
+            for one, lanes, noise in groups
+        ]
+        return np.concatenate(parts)
+
+    entries = map(int, blocks(layout).walled)
+    levels = dict(zip(entries, force_levels(layout, data).values(), strict=True))
+    return moved_forces(np.asarray(vector), levels, readings)
