@@ -29,8 +29,8 @@ LEAST_P = 1e-12
 """Smaller p-values are not told: no tail is known so far out."""
 SHORTEST = 8
 """Intervals of the shortest window."""
-SIGNIFICANT = 0.003
-"""p-value, of all windows together, below which a misfit counts: odds of 20 at most against none."""
+SIGNIFICANT = 0.0085
+"""p-value, of all windows together, below which a misfit counts: odds of 9 at most against none."""
 MOST = 12
 """Windows that are told."""
 

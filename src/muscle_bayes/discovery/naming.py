@@ -18,7 +18,7 @@ PRIOR_UNKNOWN = 0.05
 BLOCKS = 20
 """Blocks of a run that count as independent of each other."""
 RESAMPLES = 400
-CLAIM = 0.95
+CLAIM = 0.9
 """Probability that something is missing from which on it is claimed."""
 TIED = 0.1
 """Effects are told as a tie with the likeliest when at least this share as probable."""

@@ -235,7 +235,8 @@ def _shaped(vector: Array, layout: Layout, data: Data) -> Shape:
         before, (misfit, level) = misfit, _with_misfit(vector, layout, data)
         if count and abs(before.ratio - misfit.ratio) < SETTLED * misfit.ratio:
             break
-    return Shape(level, misfit.lasting, float(misfit.ratio))
+    # Where nothing can be simulated the level is NaN, which no other start would count as better than.
+    return Shape(level if np.isfinite(level) else np.inf, misfit.lasting, float(misfit.ratio))
 
 
 def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
