@@ -7,7 +7,6 @@ import inspect
 import json
 import shutil
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +29,11 @@ at least half the error of a reading (noise and rounding).
 """
 
 
-def extent(outcomes: list[dict[str, Any]]) -> str:
+def extent(counts: dict[str, int]) -> str:
     """How many data sets of each kind there were, and of how many."""
-    counts = Counter(one["kind"] for one in outcomes)
     whole = {kind: inspect.signature(trial).parameters[kind].default for kind in KINDS}
-    parts = ", ".join(f"{counts[kind]} of {whole[kind]} ({kind})" for kind in KINDS)
-    missing = sum(whole.values()) - len(outcomes)
+    parts = ", ".join(f"{counts.get(kind, 0)} of {whole[kind]} ({kind})" for kind in KINDS)
+    missing = sum(whole.values()) - sum(counts.values())
     return f"{parts}" + (", **so not yet the whole trial**" if missing > 0 else "")
 
 
@@ -52,7 +50,7 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    page = HEAD.format(extent=extent(found["outcomes"]))
+    page = HEAD.format(extent=extent(found["kinds"]))
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "

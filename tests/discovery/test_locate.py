@@ -62,6 +62,21 @@ def test_a_misfit_is_found_where_it_is() -> None:
     assert found.end[best] - found.start[best] <= 45
 
 
+def test_a_small_misfit_that_lasts_is_found() -> None:
+    """Squares of 0.8 standard deviations over 40 errors are 0.7 of their own scatter above the mean."""
+    rng = np.random.default_rng(5)
+    slopes = _slopes(rng)
+    errors = rng.standard_normal(sum(SIZES))
+    errors[60:100] += 0.8
+    found = scan(errors, slopes, slopes.T @ slopes + 1e-4 * np.eye(6), SIZES, 0)
+    best = int(np.argmax(found.score))
+    assert found.p_value[best] < 0.01
+    assert found.lasting[best]
+    assert found.start[best] < 80 < found.end[best]
+    # What the window's mean explains, against 0.8^2 for each of 40 errors.
+    assert found.excess(best).sum() == pytest.approx(0.64 * 40, rel=0.5)
+
+
 def test_what_parameters_absorb_is_no_misfit() -> None:
     rng = np.random.default_rng(3)
     slopes = _slopes(rng)

@@ -4,15 +4,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.other_forces import with_other_forces
+from muscle_bayes.inference.other_basins import with_other_basins
 from muscle_bayes.inference.problem import pose
+from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
 
@@ -42,7 +45,7 @@ def test_other_forces_are_tried_where_they_are_seen() -> None:
     layout, data = problem.layout, problem.data
     here = sampled(problem)
     vector = unconstrain(here, layout, data)
-    found = [constrain(one, layout, data) for one in with_other_forces(vector, layout, data)]
+    found = [constrain(one, layout, data) for one in with_other_basins(vector, layout, data)]
     moved = [
         {name for name in here if not np.allclose(here[name], values[name])} for values in found
     ]
@@ -55,3 +58,39 @@ def test_other_forces_are_tried_where_they_are_seen() -> None:
     ]
     assert len(shut) == 1
     assert shut[0] > data.tension
+
+
+def test_a_run_is_begun_as_the_others_are_where_that_is_seen() -> None:
+    problem = pose(read_runs([DATA / f"staircase-{load}g.csv" for load in (139, 166, 212)]))
+    layout, data = problem.layout, problem.data
+    here = sampled(problem)
+    begun = here["slow.hyst_stretch"]
+
+    def tried(stretch: jax.Array) -> list[np.ndarray]:
+        vector = unconstrain(here | {"slow.hyst_stretch": stretch}, layout, data)
+        found = [constrain(one, layout, data) for one in with_other_basins(vector, layout, data)]
+        every = [np.asarray(values["slow.hyst_stretch"]) for values in found]
+        return [one for one in every if not np.allclose(one, stretch, atol=1e-9)]
+
+    assert tried(jnp.full(3, begun[0])) == []
+    astray = jnp.full(3, begun[0]).at[1].add(0.02)
+    (mended,) = tried(astray)
+    assert mended == pytest.approx(np.full(3, begun[0]), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_where_a_held_rotor_begins_in_its_dead_band_is_found(tmp_path: Path) -> None:
+    """The rotor of one run is held for 150 s: its zero is then told by how HYST begins, and every start
+    ends where that is 0.01 off and the zero 1.6 counts, 110 nat less likely."""
+    made = data_set(Case("none", (), 7))
+    slow = {name: run for name, run in made.items() if not name.startswith("spring")}
+    save_runs(tmp_path / "runs", slow)
+    problem = without_runs(pose(read_runs([tmp_path / "runs"])), [HELD_OUT])
+    values = constrain(
+        find_mode(jax.random.key(0), problem.layout, problem.data).vector,
+        problem.layout,
+        problem.data,
+    )
+    place = [run.name for run in problem.runs].index(HELD_OUT)
+    zero = made[HELD_OUT].truth["run"]["zero_reading"]
+    assert float(values["slow.zero"][place]) == pytest.approx(zero, abs=0.5)

@@ -30,12 +30,12 @@ def test_figure_shows_each_share_with_its_interval() -> None:
 def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> None:
     script = runpy.run_path(str(SCRIPT))
     outcomes = _outcomes(7)
-    assert script["extent"](outcomes) == (
+    assert script["extent"]({"none": 7}) == (
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
         "**so not yet the whole trial**"
     )
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
-    (tmp_path / "trial.json").write_text(json.dumps({**counted(outcomes), "outcomes": outcomes}))
+    (tmp_path / "trial.json").write_text(json.dumps(counted(outcomes)))
     (tmp_path / "trial.png").write_bytes(b"")
     script["main"](tmp_path)
     page = (tmp_path / "trial.md").read_text()

@@ -55,7 +55,7 @@ def trial(
         )
     outcomes = list(results.values())
     numbers = counted(outcomes)
-    write_json(out / "trial.json", {**numbers, "outcomes": outcomes})
+    write_json(out / "trial.json", numbers)
     save(trial_figure(numbers), out / "trial.png")
     if json is not None:
         write_json(json, {**numbers, "outcomes": outcomes})

@@ -8,7 +8,7 @@ from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import Naming, blocks_of, weigh
-from muscle_bayes.discovery.search import fit_candidates, screen, without_last
+from muscle_bayes.discovery.search import compare
 from muscle_bayes.discovery.signatures import Regression, regression_on
 
 MOST = 3
@@ -62,10 +62,10 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
 
     while True:
         search = current.search
-        screened = screen(search.train, current.fitted, remaining, search.seed)
-        regression = regression or regression_on(current.fitted, screened)
-        fits = fit_candidates(search.train, current.fitted, screened, search.report)
-        best = without_last(search.train, list(fits.values()), current.fitted)
+        best, screened, fits = compare(
+            search.train, current.fitted, remaining, search.seed, search.report
+        )
+        regression = regression or regression_on(best, screened)
         current = Explanation(search, best)
         if links:
             links[-1] = replace(links[-1], after=current)

@@ -1,11 +1,12 @@
 """The best fit of every candidate: promising starts, a few steps each, the best to the end."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from muscle_bayes.discovery.forces import with_best_forces
+from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend
@@ -24,6 +25,10 @@ GROSS_STEPS = 12
 REVISITED = 3
 """Candidates that are fitted with other forces too, and from which the model without them is searched
 once more."""
+BETTER = 3.0
+"""Rise of a base's log evidence from which on candidates are searched beside it anew [nat]."""
+MOST_BASES = 3
+"""Bases beside which candidates are searched at most."""
 
 
 def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> Fitted | None:
@@ -95,5 +100,36 @@ def fit_candidates(
         if one is not None:
             found[effect] = one
     for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:REVISITED]:
-        found[effect] = with_best_forces(nested, found[effect])
+        found[effect] = with_best_basin(nested, found[effect])
     return found
+
+
+class Compared(NamedTuple):
+    """Candidates, and the model without them, each at the best point that was found."""
+
+    base: Fitted
+    screened: Mapping[str, Sequence[Start]]
+    fits: Mapping[str, Fitted]
+
+
+def compare(
+    nested: Nested,
+    base: Fitted,
+    names: Sequence[str],
+    seed: int,
+    report: Report = lambda name, done, total: None,
+) -> Compared:
+    """Candidates beside `base`, or beside what they led to without themselves where that is likelier.
+
+    A better base means better candidates: they are searched beside it once more, or those that began
+    beside the poor one would be held against it.
+    """
+    fits: dict[str, Fitted] = {}
+    for _ in range(MOST_BASES):
+        screened = screen(nested, base, names, seed)
+        for name, one in fit_candidates(nested, base, screened, report).items():
+            fits[name] = max(fits.get(name, one), one, key=lambda fitted: fitted.log_evidence)
+        before, base = base, without_last(nested, list(fits.values()), base)
+        if base.log_evidence < before.log_evidence + BETTER:
+            break
+    return Compared(base, screened, fits)

@@ -5,9 +5,9 @@ import numpy as np
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.problem import Problem
 
-TOLERATED = 0.3
+TOLERATED = {"slow": 0.15, "fast": 0.3}
 """Lasting misfit that counts as none, in standard deviations of a reading's noise: interpolated
-thermometer readings and a rotor without inertia are wrong by as much."""
+thermometer readings and rounded angles of a swinging rotor are wrong by as much."""
 
 
 def noise_of_reading(run: Run) -> float:
@@ -34,4 +34,4 @@ def noise_by_regime(problem: Problem) -> dict[str, float]:
 
 def tolerated(problem: Problem) -> dict[str, float]:
     """Size of the discrepancy that is always allowed, of each regime [the log's unit]."""
-    return {regime: TOLERATED * level for regime, level in noise_by_regime(problem).items()}
+    return {regime: TOLERATED[regime] * level for regime, level in noise_by_regime(problem).items()}

@@ -21,7 +21,7 @@ from muscle_bayes.inference.density import (
 )
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.noise import NoiseParameters
-from muscle_bayes.inference.other_forces import with_other_forces
+from muscle_bayes.inference.other_basins import with_other_basins
 from muscle_bayes.inference.prior_draws import sample_prior
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
@@ -286,7 +286,7 @@ def find_mode(
     level = np.inf
     while best().level < level - AGREEMENT:
         level = best().level
-        for vector in with_other_forces(best().vector, layout, data):
+        for vector in with_other_basins(best().vector, layout, data):
             try_from(vector)
     shapes.sort(key=lambda shape: shape.level)
     modes: list[Mode] = []

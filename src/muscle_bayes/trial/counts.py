@@ -129,6 +129,7 @@ def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     bins, error = reliability(outcomes)
     return {
         "cases": len(outcomes),
+        "kinds": dict(Counter(one["kind"] for one in outcomes)),
         "rates": [{**asdict(one), "share": one.share} for one in rates(outcomes) if one.cases],
         "confusion": confusion(outcomes),
         "reliability": [asdict(one) for one in bins],

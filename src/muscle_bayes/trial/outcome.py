@@ -20,7 +20,11 @@ from muscle_bayes.provenance import source_checksum
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.trial.outside import OUTSIDE
 
-LAYERS = ("physics", "data", "inference", "criticism", "discovery", "twin", "trial")
+LAYERS = (
+    *("physics", "data", "inference", "criticism", "discovery", "twin"),
+    *("trial/cases.py", "trial/outcome.py", "trial/outside.py"),
+)
+"""Code that outcomes depend on."""
 
 
 def run_case(case: Case) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.forces import with_best_forces
+from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
@@ -37,7 +37,7 @@ def test_a_spring_on_the_wrong_side_changes_it(tmp_path: Path) -> None:
     point[force] = np.log(0.4 * truth)
     wrong = descend(nested, (), point)
     assert np.exp(wrong.point[force]) < 0.6 * truth
-    right = with_best_forces(nested, wrong)
+    right = with_best_basin(nested, wrong)
     assert np.exp(right.point[force]) == pytest.approx(truth, rel=0.05)
     assert right.log_evidence > wrong.log_evidence + 100.0
 
@@ -47,4 +47,4 @@ def test_without_a_muscle_nothing_is_tried(tmp_path: Path) -> None:
     save_runs(tmp_path / "runs", {"spring-1": run})
     nested = Nested(pose(read_runs([tmp_path / "runs"]), "coulomb", ("bias-torque",)))
     fitted = descend(nested, (), np.zeros(nested.shared + nested.choice(()).slot.size), 0)
-    assert with_best_forces(nested, fitted) is fitted
+    assert with_best_basin(nested, fitted) is fitted

@@ -1,4 +1,4 @@
-"""A candidate where springs open at other forces: its descents end on the side where they began."""
+"""A candidate where springs open at other forces and runs begin otherwise: no descent goes there."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -7,16 +7,23 @@ from muscle_bayes.discovery.gross import as_lasting, as_white, noise_names
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at
-from muscle_bayes.inference.other_forces import expected_noise, force_levels, moved_forces
+from muscle_bayes.inference.other_basins import (
+    SEEN,
+    SEEN_LATER,
+    expected_noise,
+    first_hyst_levels,
+    force_levels,
+    moved_entries,
+)
 
 HELD_STEPS, FREE_STEPS = 6, 12
-"""Steps with the minimum forces held, and with them free."""
+"""Steps with what was moved held, and with all free."""
 BETTER = 1.0
 """Least decrease of the potential for a point that is fitted in full [nat]."""
 
 
-def with_best_forces(nested: Nested, fitted: Fitted) -> Fitted:
-    """`fitted`, or what is likelier with a spring opening at another force.
+def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
+    """`fitted`, or what is likelier with a spring opening at another force or a run begun otherwise.
 
     All misfit is taken for white noise until then, for a lasting discrepancy would explain what a spring
     on the wrong side does.
@@ -37,8 +44,13 @@ def with_best_forces(nested: Nested, fitted: Fitted) -> Fitted:
 
     best, seen, noise = fitted, as_white(nested, fitted), noise_names(nested)
     levels = {names.index(name): values for name, values in forces.items()}
-    for moved in moved_forces(seen.point, levels, readings):
-        room = descend(nested, fitted.effects, moved, HELD_STEPS, [*noise, *forces])
+    begun = first_hyst_levels(seen.point, nested.first_hyst_entries())
+    tried = [
+        *((point, forces) for point in moved_entries(seen.point, levels, readings, SEEN)),
+        *((point, ()) for point in moved_entries(seen.point, begun, readings, SEEN_LATER)),
+    ]
+    for moved, held in tried:
+        room = descend(nested, fitted.effects, moved, HELD_STEPS, [*noise, *held])
         free = descend(nested, fitted.effects, room.point, FREE_STEPS, noise)
         if free.potential < seen.potential - BETTER:
             best = max(best, as_lasting(nested, free), key=lambda one: one.log_evidence)

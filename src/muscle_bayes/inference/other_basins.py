@@ -1,13 +1,14 @@
-"""The same point with a spring opening elsewhere: which springs open at which loads parts basins."""
+"""The same point in other basins: with a spring opening elsewhere, with a run beginning otherwise."""
 
 from collections.abc import Callable, Mapping
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.blocks import WALLED, blocks
+from muscle_bayes.inference.density import first_hyst_entries
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import predictions_at
@@ -16,6 +17,8 @@ LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Prior probabilities below the values that a minimum force is given."""
 SEEN = 0.01
 """Least change of a predicted reading, in the noise expected of one, for another shape."""
+SEEN_LATER = 1.0
+"""The same for another beginning of a run."""
 
 
 @Program
@@ -35,22 +38,30 @@ def force_levels(layout: Layout, data: Data) -> dict[str, Float[np.ndarray, " le
     return {name: np.asarray(levels[name]) for name in names}
 
 
+def first_hyst_levels(
+    point: Float[np.ndarray, " n"], entries: Int[np.ndarray, " run"]
+) -> dict[int, Float[np.ndarray, " level"]]:
+    """HYST's first strain of each run as it is in the median run, of two as in the other one."""
+    begun = point[entries]
+    usual = begun[::-1] if entries.size == 2 else np.full(entries.size, np.median(begun))
+    return {int(entry): np.array([level]) for entry, level in zip(entries, usual, strict=True)}
+
+
 def expected_noise(layout: Layout, data: Data) -> list[float]:
     """Prior mean of a reading's noise in each group of lanes [the log's unit]."""
     return [float(data.priors[f"{regime}.noise"].mean) for regime in layout.regimes]
 
 
-def moved_forces(
+def moved_entries(
     point: Float[np.ndarray, " n"],
     levels: Mapping[int, Float[np.ndarray, " level"]],
     readings: Callable[[np.ndarray], Float[np.ndarray, " reading"]],
+    seen: float,
 ) -> list[Float[np.ndarray, " n"]]:
-    """The point with each of these entries at each of its levels, where this is seen.
+    """The point with each of these entries at each of its levels, where some reading changes by `seen`.
 
-    `readings`: what a point predicts, in the noise expected of a reading. While the tension stays on one
-    side of a minimum force, nothing tells a descent what lies on the other: it ends in the basin where
-    it began. A force that opens its spring where another did changes no prediction, taut_strain being
-    held, and is left out.
+    `readings`: what a point predicts, in the noise expected of a reading. Levels that predict what the
+    point or an earlier level does are left out.
     """
     found: list[np.ndarray] = []
     known = [readings(point)]
@@ -60,16 +71,22 @@ def moved_forces(
             moved[entry] = value
             there = readings(moved)
             nearest = min(np.abs(there - one).max() for one in known)
-            if np.isfinite(there).all() and nearest > SEEN:
+            if np.isfinite(there).all() and nearest > seen:
                 found.append(moved)
                 known.append(there)
     return found
 
 
-def with_other_forces(
+def with_other_basins(
     vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> list[Float[np.ndarray, " n"]]:
-    """The unconstrained vector with each minimum force at quantiles of its prior, where this is seen."""
+    """The unconstrained vector in basins that no descent from it would enter, where this is seen.
+
+    Each minimum force at quantiles of its prior: while the tension stays on one side of it, nothing tells
+    a descent what lies on the other. A force that opens its spring where another did changes no
+    prediction, taut_strain being held. And each run's HYST begun as in the other runs: a rotor that is
+    held from the first row on hides where in its dead band it is.
+    """
     expected = expected_noise(layout, data)
 
     def readings(vector: np.ndarray) -> np.ndarray:
@@ -82,5 +99,10 @@ def with_other_forces(
         return np.concatenate(parts)
 
     entries = map(int, blocks(layout).walled)
-    levels = dict(zip(entries, force_levels(layout, data).values(), strict=True))
-    return moved_forces(np.asarray(vector), levels, readings)
+    forces = dict(zip(entries, force_levels(layout, data).values(), strict=True))
+    point = np.asarray(vector)
+    begun = first_hyst_levels(point, first_hyst_entries(layout.shapes))
+    return [
+        *moved_entries(point, forces, readings, SEEN),
+        *moved_entries(point, begun, readings, SEEN_LATER),
+    ]

@@ -1,0 +1,48 @@
+"""Candidates beside a base that a candidate has bettered."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from muscle_bayes.discovery import search
+
+
+def _fitted(log_evidence: float) -> SimpleNamespace:
+    return SimpleNamespace(log_evidence=log_evidence)
+
+
+@pytest.fixture
+def bases(monkeypatch) -> list[float]:
+    """Log evidence of the bases beside which candidates are screened, in order."""
+    seen: list[float] = []
+
+    def screen(nested, base, names, seed):
+        seen.append(base.log_evidence)
+        return {name: [] for name in names}
+
+    monkeypatch.setattr(search, "screen", screen)
+    # `a` explains 5 nat beside any base, `b` 30 beside the first only.
+    monkeypatch.setattr(
+        search,
+        "fit_candidates",
+        lambda nested, base, screened, report: {
+            "a": _fitted(base.log_evidence + 5.0),
+            "b": _fitted(30.0 if base.log_evidence == 0.0 else 10.0),
+        },
+    )
+    return seen
+
+
+def test_candidates_are_searched_anew_beside_a_better_base(bases, monkeypatch) -> None:
+    monkeypatch.setattr(search, "without_last", lambda nested, fits, base: _fitted(70.0))
+    found = search.compare(None, _fitted(0.0), ["a", "b"], 0)
+    assert bases == [0.0, 70.0]
+    assert found.base.log_evidence == 70.0
+    # Each at the best point of all rounds.
+    assert {name: one.log_evidence for name, one in found.fits.items()} == {"a": 75.0, "b": 30.0}
+
+
+def test_a_base_that_stays_is_compared_once(bases, monkeypatch) -> None:
+    monkeypatch.setattr(search, "without_last", lambda nested, fits, base: _fitted(1.0))
+    assert search.compare(None, _fitted(0.0), ["a", "b"], 0).base.log_evidence == 1.0
+    assert bases == [0.0]
