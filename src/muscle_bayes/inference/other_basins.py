@@ -42,6 +42,8 @@ def first_hyst_levels(
     point: Float[np.ndarray, " n"], entries: Int[np.ndarray, " run"]
 ) -> dict[int, Float[np.ndarray, " level"]]:
     """HYST's first strain of each run as it is in the median run, of two as in the other one."""
+    if not entries.size:
+        return {}
     begun = point[entries]
     usual = begun[::-1] if entries.size == 2 else np.full(entries.size, np.median(begun))
     return {int(entry): np.array([level]) for entry, level in zip(entries, usual, strict=True)}
