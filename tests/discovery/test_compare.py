@@ -25,7 +25,7 @@ def bases(monkeypatch) -> list[float]:
     monkeypatch.setattr(
         search,
         "fit_candidates",
-        lambda nested, base, screened, report: {
+        lambda nested, base, screened, seed, report: {
             "a": _fitted(base.log_evidence + 5.0),
             "b": _fitted(30.0 if base.log_evidence == 0.0 else 10.0),
         },

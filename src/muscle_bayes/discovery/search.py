@@ -23,8 +23,10 @@ HOPELESS = 30.0
 GROSS_STEPS = 12
 """The same where misfit is gross: parameters have far to go."""
 REVISITED = 3
-"""Candidates that are fitted with other forces too, and from which the model without them is searched
-once more."""
+"""Candidates that are started again where they end, and in other basins, and from which the model
+without them is searched once more."""
+AGAIN = 1_000
+"""Added to the seed of a candidate's draws when it is started again."""
 BETTER = 3.0
 """Rise of a base's log evidence from which on candidates are searched beside it anew [nat]."""
 MOST_BASES = 3
@@ -51,6 +53,20 @@ def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start])
         as_lasting(nested, one) if gross else descend(nested, effects, one.point) for one in close
     ]
     return max(whole, key=lambda one: one.log_evidence)
+
+
+def started_again(nested: Nested, base: Fitted, fitted: Fitted, seed: int) -> Fitted:
+    """`fitted`, or what is likelier from new draws of its last effect beside its own other parameters.
+
+    Beside those of `base`, which knows nothing of the effect, most draws lead to poor local maxima.
+    """
+    effect, room = fitted.effects[-1], base.point.size - base.used
+    shared = np.concatenate([fitted.point[: base.used], np.zeros(room)])
+    there = descend(nested, base.effects, shared, 0)
+    if not np.isfinite(there.potential):
+        return fitted
+    again = best_fit(nested, there, effect, starts_of(nested, there, effect, jax.random.key(seed)))
+    return fitted if again is None else max(fitted, again, key=lambda one: one.log_evidence)
 
 
 def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
@@ -90,9 +106,10 @@ def fit_candidates(
     nested: Nested,
     base: Fitted,
     screened: Mapping[str, Sequence[Start]],
+    seed: int,
     report: Report = lambda name, done, total: None,
 ) -> dict[str, Fitted]:
-    """The best fit of each candidate that can be simulated; of the likeliest with the best forces."""
+    """The best fit of each candidate that can be simulated; the likeliest are searched further."""
     found = {}
     for done, (effect, starts) in enumerate(screened.items()):
         report(effect, done, len(screened))
@@ -100,7 +117,8 @@ def fit_candidates(
         if one is not None:
             found[effect] = one
     for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:REVISITED]:
-        found[effect] = with_best_basin(nested, found[effect])
+        again = started_again(nested, base, found[effect], seed + AGAIN)
+        found[effect] = with_best_basin(nested, again)
     return found
 
 
@@ -127,7 +145,7 @@ def compare(
     fits: dict[str, Fitted] = {}
     for _ in range(MOST_BASES):
         screened = screen(nested, base, names, seed)
-        for name, one in fit_candidates(nested, base, screened, report).items():
+        for name, one in fit_candidates(nested, base, screened, seed, report).items():
             fits[name] = max(fits.get(name, one), one, key=lambda fitted: fitted.log_evidence)
         before, base = base, without_last(nested, list(fits.values()), base)
         if base.log_evidence < before.log_evidence + BETTER:

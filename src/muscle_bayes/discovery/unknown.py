@@ -63,7 +63,7 @@ def _function(before: Explanation, names: Sequence[str]) -> Link | None:
     search = before.search
     here = descend(search.train, before.fitted.effects, before.fitted.point)
     screened = screen(search.train, here, names, search.seed)
-    found = fit_candidates(search.train, here, screened, search.report)
+    found = fit_candidates(search.train, here, screened, search.seed, search.report)
     if not found:
         return None
     lines = traces(search.train, here)
