@@ -85,7 +85,8 @@ def test_records_with_keys_from_a_person(tmp_path, served, record):
     assert not served.heating
     press(process)
     assert asked(process, "Hang 166 g")
-    assert served.heating
+    # Not at every instant: a host that the machine holds up for half a second loses its heat for as long.
+    assert served.wait(lambda: served.heating, 5.0)
     press(process)
     assert process.wait(20) == 0
     assert not served.heating
