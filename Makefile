@@ -75,7 +75,7 @@ control: $(READY) ## tune and judge gains over `make study`'s posteriors, write 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
 	@$(BIN)/muscle-bayes trial
 	@$(MAKE) --no-print-directory $(BENCH_READY)
-	@$(BENCH)/bin/python -m benchmarks.discovery reports/trial/cases
+	@$(BENCH)/bin/python -m benchmarks.discovery reports/trial/outcomes.json
 	@$(BIN)/python scripts/write_trial_doc.py reports/trial
 
 stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: docs/discovery-*.md (REAL=folder)

@@ -1,6 +1,6 @@
 """Discovery against other ways to select an effect, on the same cases of a trial.
 
-    python -m benchmarks.discovery reports/trial/cases
+    python -m benchmarks.discovery reports/trial/outcomes.json
 
 BIC: of the same fits, the candidate (or none) with the least Bayesian information criterion; the first step
 of stepwise selection. PySINDy: sequentially thresholded least squares of the nominal model's misfit on the
@@ -86,10 +86,9 @@ def compared(outcomes: list[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("cases", type=Path)
+    parser.add_argument("outcomes", type=Path)
     args = parser.parse_args()
-    kept = (json.loads(path.read_text()) for path in sorted(args.cases.glob("*.json")))
-    rows = compared([one["result"] for one in kept])
+    rows = compared(json.loads(args.outcomes.read_text())["outcomes"])
     RESULT.write_text(json.dumps(rows, indent=1) + "\n")
     for row in rows:
         print(row)

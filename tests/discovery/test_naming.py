@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained, weigh
+from muscle_bayes.discovery.locate import SIGNIFICANT
+from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN, unexplained, weigh
 
 BLOCKS = np.repeat(np.arange(40), 5)
 
@@ -25,6 +26,10 @@ class Scored:
 
 def _scored(gain: np.ndarray | float, occam: float = -5.0) -> Scored:
     return Scored(np.zeros(BLOCKS.size) + gain, occam)
+
+
+def test_what_counts_as_misfit_is_what_allows_a_claim() -> None:
+    assert unexplained(SIGNIFICANT) == pytest.approx(CLAIM / (1.0 - CLAIM), rel=0.02)
 
 
 def test_equal_candidates_share_what_none_leaves() -> None:

@@ -80,8 +80,8 @@ def test_a_run_is_begun_as_the_others_are_where_that_is_seen() -> None:
 
 @pytest.mark.slow
 def test_where_a_held_rotor_begins_in_its_dead_band_is_found(tmp_path: Path) -> None:
-    """The rotor of one run is held for 150 s: its zero is then told by how HYST begins, and every start
-    ends where that is 0.01 off and the zero 1.6 counts, 110 nat less likely."""
+    """The rotor of one run is held for 150 s: its zero is then told by how HYST begins, and descents
+    end where that is 0.01 off and the zero 1.6 counts, 110 nat less likely."""
     made = data_set(Case("none", (), 7))
     slow = {name: run for name, run in made.items() if not name.startswith("spring")}
     save_runs(tmp_path / "runs", slow)

@@ -56,6 +56,7 @@ def trial(
     outcomes = list(results.values())
     numbers = counted(outcomes)
     write_json(out / "trial.json", numbers)
+    write_json(out / "outcomes.json", {"outcomes": outcomes})
     save(trial_figure(numbers), out / "trial.png")
     if json is not None:
         write_json(json, {**numbers, "outcomes": outcomes})
