@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from muscle_bayes.discovery.blocks import blocks_of, in_dispute, likeliest
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.locate import locate
-from muscle_bayes.discovery.naming import Naming, blocks_of, weigh
+from muscle_bayes.discovery.naming import Naming, weigh
 from muscle_bayes.discovery.search import compare
 from muscle_bayes.discovery.signatures import Regression, regression_on
 
@@ -70,7 +71,9 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
         if links:
             links[-1] = replace(links[-1], after=current)
         lines = traces(search.train, best)
-        naming = weigh(best, fits, blocks_of(lines, best.errors.size), search.seed)
+        naming = weigh(
+            best, fits, blocks_of(lines, in_dispute(best, likeliest(best, fits))), search.seed
+        )
         naming = naming.supported(locate(search.train, best, search.seed).p_value)
         first = first or naming
         if not naming.claims:
@@ -93,10 +96,10 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
 
 def judge(before: Explanation, after: Explanation) -> Gate:
     """By blocks of the fitted runs in turn, and by held-out runs where there are any."""
-    search, size = before.search, before.fitted.errors.size
-    blocks = blocks_of(traces(search.train, before.fitted), size)
+    search, disputed = before.search, in_dispute(before.fitted, after.fitted)
+    blocks = blocks_of(traces(search.train, before.fitted), disputed)
     gate = gate_by_blocks(before, after, blocks)
     if not search.held:
         return gate
     lines = traces(search.whole, before.fitted)
-    return gate.weighed_with(gate_by_runs(before, after, blocks_of(lines, size), lines))
+    return gate.weighed_with(gate_by_runs(before, after, lines))

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
+from muscle_bayes.discovery.settling import HEATED
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested, values_at
 from muscle_bayes.physics.element import Muscle
@@ -100,7 +101,7 @@ def _trace(nested: Nested, owner: int, parts: list[dict[str, np.ndarray]]) -> Tr
         signals["time since load change"] = time - begun
     signals["load"] = load
     temperature = joined["temperature"]
-    if np.ptp(temperature) > 1.0:
+    if np.ptp(temperature) > HEATED:
         signals |= {"T": temperature, "dT/dt": _rate(temperature, time)}
         signals["cycle"] = _cycles(temperature)
     if np.ptp(joined["sigma"]) > 0.0:

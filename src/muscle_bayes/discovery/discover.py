@@ -18,13 +18,15 @@ from muscle_bayes.discovery.next_experiment import propose
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Step
 from muscle_bayes.discovery.search import Report
+from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.descent import descend
+from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.predict import Prediction
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.inference.secants import polished
@@ -124,11 +126,12 @@ def _result(
         links, function = (), unknown.instead
     if function is not None:
         stopped = "what is left is described by a function that nobody has named"
-    nominal_ = _judged(named.base, located)
+    nominal_ = _judged(named.base, _polished(named.base), located)
     steps, before = [], nominal_
     for link in (*links, *([] if function is None else [function])):
-        after = _judged(link.after, left if link.after is last else _located(link.after))
-        steps.append(_step(link, before, after))
+        fitted = _polished(link.after)
+        after = _judged(link.after, fitted, left if link.after is last else _located(link.after))
+        steps.append(_step(link, fitted, before, after))
         before = after
     return Discovery(
         verdict=_verdict(steps, left),
@@ -161,21 +164,28 @@ def _verdict(steps: Sequence[Step], left: MisfitMap) -> str | tuple[str, ...]:
     return added[0] if len(added) == 1 else added
 
 
-def _judged(one: Explanation, misfit: MisfitMap) -> Judged:
+def _polished(one: Explanation) -> Fitted:
+    return polished(one.search.train, one.fitted)
+
+
+def _settled(one: Prediction) -> Prediction:
+    return one.only(settled(one.time, one.load, one.temperature))
+
+
+def _judged(one: Explanation, fitted: Fitted, misfit: MisfitMap) -> Judged:
     search = one.search
-    fitted = polished(search.train, one.fitted)
     found = {each.run: each for each in predictions(search.whole, fitted, search.seed)}
     for name in search.held:
         run = next(run for run in search.whole.problem.runs if run.name == name)
         found[name] = found[name]._replace(ahead_from=SETTLING_SHARE * run.duration)
-    checks = {name: check_run(each) for name, each in found.items()}
-    return Judged(one.fitted.effects, found, checks, misfit)
+    checks = {name: check_run(_settled(each)) for name, each in found.items()}
+    return Judged(fitted.effects, found, checks, misfit)
 
 
-def _step(link: Link, before: Judged, after: Judged) -> Step:
+def _step(link: Link, fitted: Fitted, before: Judged, after: Judged) -> Step:
     unnamed = link.effect.startswith(f"{PREFIX}-")
     signals = (function_type(link.effect).signal,) if unnamed else ()
-    search = link.after.search
+    train = link.after.search.train
     return Step(
         added=UNKNOWN if unnamed else link.effect,
         effect=link.effect,
@@ -183,9 +193,9 @@ def _step(link: Link, before: Judged, after: Judged) -> Step:
         signals=signals,
         probability=link.naming.probabilities[link.effect],
         tie=link.naming.tie,
-        parameters=estimates(search.train, link.after.fitted, link.effect, search.seed),
+        parameters=estimates(train, fitted, link.effect, link.after.search.seed),
         gate=link.gate,
         before=before,
         after=after,
-        weakened=undetermined(search.train, link.before.fitted, link.after.fitted),
+        weakened=undetermined(train, link.before.fitted, link.after.fitted),
     )

@@ -5,11 +5,13 @@ from jaxtyping import Float
 
 from muscle_bayes.discovery.judged import laplace_draws
 from muscle_bayes.discovery.result import Estimate
+from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested, values_at
 
 DRAWS = 400
+LEVELS = (0.05, 0.5, 0.95)
 LOOSE = 0.5
 """Posterior standard deviation, as a share of the prior's, above which a parameter is not determined."""
 OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correlation_time")
@@ -17,14 +19,14 @@ OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correl
 
 
 def estimates(nested: Nested, fitted: Fitted, effect: str, seed: int) -> dict[str, Estimate]:
-    """Mean and standard deviation of an effect's parameters, by the normal approximation."""
+    """Median and central 90 % of an effect's parameters, by the normal approximation."""
     points = laplace_draws(fitted, DRAWS, seed)
     drawn = [values_at(one, fitted.choice, nested.layout, nested.data) for one in points]
     found = {}
     for name in nested.slots_of((effect,)):
         values = np.array([float(one[name]) for one in drawn])
-        unit = nested.problem.sites[name].unit
-        found[name.split(".")[1]] = Estimate(float(values.mean()), float(values.std()), unit)
+        low, median, high = map(float, np.quantile(values, LEVELS))
+        found[name.split(".")[1]] = Estimate(median, low, high, nested.problem.sites[name].unit)
     return found
 
 
@@ -44,7 +46,7 @@ def undetermined(nested: Nested, before: Fitted, after: Fitted) -> tuple[str, ..
 
 
 def noise_floor(nested: Nested) -> dict[str, float]:
-    """RMS that noise and rounding alone give in each run's mean readings [the log's unit]."""
+    """RMS that noise and rounding alone give in each run's settled mean readings [the log's unit]."""
     variance: dict[str, list[np.ndarray]] = {}
     problem, level = nested.problem, noise_by_regime(nested.problem)
     groups = zip(nested.data.lanes, problem.lane_runs, problem.layout.regimes, strict=True)
@@ -52,7 +54,9 @@ def noise_floor(nested: Nested) -> dict[str, float]:
         for lane, owner in enumerate(owners):
             run = problem.runs[owner]
             weight, coarse = np.asarray(lanes.weight[lane]), np.asarray(lanes.coarse[lane])
-            seen = weight > 0
+            load = np.asarray(lanes.schedule.load[lane])
+            heat = np.asarray(lanes.schedule.temperature[lane, 1:, 0])
+            seen = (weight > 0) & settled(np.asarray(lanes.time[lane]), load, heat)
             noise = level[regime] ** 2 / weight[seen]
             rounding = run.sensor.resolution**2 * coarse[seen]
             variance.setdefault(run.name, []).append(noise + rounding)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from muscle_bayes.discovery.blocks import blocks_of
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.holding import without_blocks
@@ -61,27 +62,20 @@ def _gate(difference: np.ndarray, blocks: np.ndarray, by: str) -> Gate:
     return Gate(float(sums.sum()), float(spread), by)
 
 
-def gate_by_runs(
-    before: Explanation,
-    after: Explanation,
-    blocks: Float[np.ndarray, " error"],
-    lines: Sequence[Trace],
-) -> Gate:
+def gate_by_runs(before: Explanation, after: Explanation, lines: Sequence[Trace]) -> Gate:
     """By runs that were held out, of which `before` and `after` have seen only the start.
 
     The log predictive density of a run given the others is the log evidence of all less that of the
     others (Laplace): what is not known of the run's own start is integrated out.
     """
-    chosen = np.full(blocks.size, -1)
-    for line in lines:
-        if line.run in before.search.held:
-            chosen[line.place] = blocks[line.place]
-    gain, difference = 0.0, np.zeros(blocks.size)
+    gain, difference = 0.0, np.zeros(before.fitted.errors.size)
     for one, sign in ((after, 1.0), (before, -1.0)):
         seen = descend(one.search.whole, one.fitted.effects, one.fitted.point)
         gain += sign * (seen.log_evidence - one.fitted.log_evidence)
         difference += sign * seen.log_densities
-    return replace(_gate(difference, chosen, "runs"), gain=gain)
+    held = [line for line in lines if line.run in before.search.held]
+    blocks = blocks_of(held, np.abs(difference))
+    return replace(_gate(difference, blocks, "runs"), gain=gain)
 
 
 def gate_by_blocks(

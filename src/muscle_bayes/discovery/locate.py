@@ -11,6 +11,7 @@ from scipy.stats import gumbel_r
 
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.describe import where
+from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.factored import FactoredPrecision
@@ -19,8 +20,6 @@ from muscle_bayes.markup import html_table
 
 TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
 """How long it lasts, s."""
-SETTLING = 30.0
-"""Time after a change of load that is not judged in slow runs, s."""
 REPLICATES = 400
 """Data sets without misfit, by which windows are judged."""
 COUNTED = 10
@@ -253,12 +252,9 @@ def _told(lines: Sequence[Trace], found: Scan, index: int, whole: float) -> Loca
 
 
 def _settled(line: Trace) -> Trace:
-    """A run without the seconds in which a new load still swings: slow motion leaves that out."""
-    since = line.signals.get("time since load change")
-    if since is None or "T" not in line.signals:
+    if "T" not in line.signals:
         return line
-    changed = line.signals["load"] != line.signals["load"][0]
-    return line.only((since > SETTLING) | ~changed)
+    return line.only(settled(line.time, line.signals["load"], line.signals["T"]))
 
 
 def _is_noise(name: str) -> bool:

@@ -1,13 +1,12 @@
 """Which effect is missing: a probability for each, for none, and for something unknown."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.inference.descent import Fitted
 
 NONE, UNKNOWN = "none", "unknown"
@@ -15,8 +14,6 @@ PRIOR_NONE = 0.5
 """Prior probability that nothing is missing; candidates share the rest equally."""
 PRIOR_UNKNOWN = 0.05
 """Prior probability of something unknown, against everything known."""
-BLOCKS = 20
-"""Blocks of a run that count as independent of each other."""
 RESAMPLES = 400
 CLAIM = 0.9
 """Probability that something is missing from which on it is claimed."""
@@ -91,16 +88,6 @@ class Naming:
         share = 1.0 / (1.0 + better * PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
         found = {key: share * p for key, p in self.probabilities.items()}
         return found | {UNKNOWN: 1.0 - share}
-
-
-def blocks_of(lines: Sequence[Trace], size: int) -> Float[np.ndarray, " error"]:
-    """Number of the block in which each standardised error lies; -1 where nothing is observed."""
-    found = np.full(size, -1)
-    for number, line in enumerate(lines):
-        edges = np.linspace(line.time[0], line.time[-1], BLOCKS + 1)
-        inside = np.clip(np.searchsorted(edges, line.time, side="right") - 1, 0, BLOCKS - 1)
-        found[line.place] = number * BLOCKS + inside
-    return found
 
 
 def _block_scores(fitted: Fitted, blocks: np.ndarray) -> Float[np.ndarray, " block"]:

@@ -28,10 +28,11 @@ class Judged:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter of an effect."""
+    """A parameter of an effect: median, and the bounds of its central 90 %."""
 
-    mean: float
-    sd: float
+    median: float
+    low: float
+    high: float
     unit: str
 
 

@@ -79,7 +79,7 @@ def _located(found: Discovery) -> list[str]:
 
 def _step(step: Step, found: Discovery) -> list[str]:
     numbers = ", ".join(
-        f"{name} {one.mean:.4g} ± {one.sd:.2g} {one.unit}".rstrip()
+        f"{name} {one.median:.3g} {one.unit}".rstrip() + f" (90 %: {one.low:.3g} to {one.high:.3g})"
         for name, one in step.parameters.items()
     )
     lines = [

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from muscle_bayes.discovery import functions
+from muscle_bayes.discovery.blocks import blocks_of, in_dispute, likeliest
 from muscle_bayes.discovery.chain import Chain, Link, judge
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
-from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, blocks_of, weigh
+from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
 from muscle_bayes.discovery.search import fit_candidates, screen
 from muscle_bayes.inference.descent import descend
@@ -67,7 +68,8 @@ def _function(before: Explanation, names: Sequence[str]) -> Link | None:
     if not found:
         return None
     lines = traces(search.train, here)
-    naming = weigh(here, found, blocks_of(lines, here.errors.size), search.seed)
+    blocks = blocks_of(lines, in_dispute(here, likeliest(here, found)))
+    naming = weigh(here, found, blocks, search.seed)
     if not naming.claims:
         return None
     before = Explanation(search, here)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.inference.batches import of_draws
 from muscle_bayes.inference.density import NoiseParameters, noise_of
@@ -46,9 +46,12 @@ class Prediction(NamedTuple):
 
     def ahead(self) -> "Prediction":
         """The part that is predicted ahead."""
-        later = self.time >= self.ahead_from
+        return self.only(self.time >= self.ahead_from)
+
+    def only(self, chosen: Bool[np.ndarray, " interval"]) -> "Prediction":
+        """The chosen intervals."""
         cut = {
-            key: getattr(self, key)[..., later]
+            key: getattr(self, key)[..., chosen]
             for key in ("time", "observed", "model", "reading", "hyst", "temperature", "load")
         }
         return self._replace(**cut)

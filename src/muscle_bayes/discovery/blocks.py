@@ -1,0 +1,58 @@
+"""Blocks of readings that count as independent of each other."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.inference.descent import Fitted
+
+PARTS = 20
+"""Parts of equal time into which every run is split."""
+SHARE = 1.0 / PARTS
+"""Of all that is in dispute: a block that holds more is halved."""
+
+
+def in_dispute(one: Fitted, other: Fitted) -> Float[np.ndarray, " error"]:
+    """How far two models differ in the log density of each reading [nat]."""
+    return np.abs(one.log_densities - other.log_densities)
+
+
+def likeliest(one: Fitted, others: Mapping[str, Fitted]) -> Fitted:
+    """That of the highest evidence."""
+    return max([one, *others.values()], key=lambda fitted: fitted.log_evidence)
+
+
+def blocks_of(
+    lines: Sequence[Trace], disputed: Float[np.ndarray, " error"]
+) -> Int[np.ndarray, " error"]:
+    """Number of the block in which each reading lies, in order of time; -1 where nothing is observed.
+
+    No block of several readings holds more than SHARE of what two models dispute over all of `lines`. In
+    blocks of equal time an effect that acts for some seconds would stand or fall with one of them, and
+    nothing would be left to tell it from while that is left out. What is disputed are densities of
+    readings given those before, so neighbours count as independent.
+    """
+    found = np.full(disputed.size, -1)
+    most = SHARE * sum(float(disputed[line.place].sum()) for line in lines)
+    number = 0
+    for line in lines:
+        edges = np.linspace(line.time[0], line.time[-1], PARTS + 1)
+        cuts = np.searchsorted(line.time, edges[1:-1])
+        for part in np.split(line.place, cuts):
+            for block in _halved(part, disputed, most):
+                found[block] = number
+                number += 1
+    return found
+
+
+def _halved(
+    block: Int[np.ndarray, " reading"], disputed: Float[np.ndarray, " error"], most: float
+) -> list[Int[np.ndarray, " reading"]]:
+    if block.size < 2 or disputed[block].sum() <= most:
+        return [block]
+    middle = block.size // 2
+    return [
+        half for part in (block[:middle], block[middle:]) for half in _halved(part, disputed, most)
+    ]
