@@ -1,7 +1,12 @@
 """Results of discovery as notebooks show them: all that was found, and nothing taken for markup."""
 
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
 from muscle_bayes.discovery.locate import Located, MisfitMap
-from muscle_bayes.discovery.result import NextExperiment
+from muscle_bayes.discovery.result import NextExperiment, Step
 
 WINDOW = Located("<run>", 10.0, 20.0, "sigma < 0 and T > 80 C", 1.5, "counts", 0.004, 0.8)
 
@@ -19,3 +24,13 @@ def test_a_next_experiment_tells_what_it_separates_and_how():
     shown = one._repr_html_()
     for words in ("staircase under 139 g", "slack from thermal-lag", "3.2 nat", "load &lt; 0.2"):
         assert words in shown
+
+
+def test_the_share_of_a_gap_is_told_only_where_chance_does_not_leave_as_much():
+    def judged(rmse: float):
+        return SimpleNamespace(checks={"run": SimpleNamespace(rmse=rmse, pit=np.zeros(200))})
+
+    step = SimpleNamespace(before=judged(2.0), after=judged(1.0))
+    assert Step.closed(step, "run", 1.0) == pytest.approx(1.0)
+    assert Step.closed(step, "run", 0.5) == pytest.approx(3.0 / 3.75)
+    assert Step.closed(step, "run", 1.9) is None

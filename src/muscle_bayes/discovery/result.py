@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from muscle_bayes.criticism.coverage import RunCheck
 from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import Located, MisfitMap
@@ -57,11 +59,17 @@ class Step:
     weakened: tuple[str, ...]
     """Parameters that the effect leaves undetermined."""
 
-    def closed(self, run: str, floor: float) -> float:
-        """Share of a run's squared misfit above the noise floor that adding the effect removed."""
-        before, after = (j.checks[run].rmse ** 2 for j in (self.before, self.after))
-        gap = before - floor**2
-        return (before - after) / gap if gap > 0.0 else 0.0
+    def closed(self, run: str, floor: float) -> float | None:
+        """Share of a run's squared misfit above the noise floor that adding the effect removed.
+
+        None where chance alone leaves as much: two standard errors of a mean of n squares,
+        floor^2 2 sqrt(2 / n).
+        """
+        before, after = (j.checks[run] for j in (self.before, self.after))
+        gap = before.rmse**2 - floor**2
+        if gap < 2.0 * np.sqrt(2.0 / before.pit.size) * floor**2:
+            return None
+        return (before.rmse**2 - after.rmse**2) / gap
 
 
 @dataclass(frozen=True)

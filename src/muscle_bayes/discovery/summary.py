@@ -77,9 +77,15 @@ def _located(found: Discovery) -> list[str]:
     return [*lines, *([f"- and {more} windows more"] if more > 0 else []), ""]
 
 
+def _closed(step: Step, run: str, floor: float) -> str:
+    share = step.closed(run, floor)
+    return "no gap" if share is None else f"{share:.0%}"
+
+
 def _step(step: Step, found: Discovery) -> list[str]:
     numbers = ", ".join(
-        f"{name} {one.median:.3g} {one.unit}".rstrip() + f" (90 %: {one.low:.3g} to {one.high:.3g})"
+        f"{name} {one.median:.3g} {'' if one.unit == '1' else one.unit}".rstrip()
+        + f" (90 %: {one.low:.3g} to {one.high:.3g})"
         for name, one in step.parameters.items()
     )
     lines = [
@@ -97,7 +103,7 @@ def _step(step: Step, found: Discovery) -> list[str]:
         before, floor = step.before.checks[run], found.floor[run]
         lines.append(
             f"| {run}{mark} | {before.rmse:.3g} | {check.rmse:.3g} | {floor:.3g} "
-            f"{check.unit} | {step.closed(run, floor):.0%} | {check.coverage90:.0%} |"
+            f"{check.unit} | {_closed(step, run, floor)} | {check.coverage90:.0%} |"
         )
     if step.weakened:
         lines += ["", f"No longer determined beside it: {', '.join(step.weakened)}."]

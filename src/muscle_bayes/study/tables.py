@@ -147,7 +147,7 @@ def added(step: Numbers, floor: Numbers) -> Table:
             rows.append(
                 (
                     run, mark, number(before[run]["rmse"], 3), number(check["rmse"], 3),
-                    f"{number(floor[run], 3)} {check['unit']}", percent(step["closed"][run]),
+                    f"{number(floor[run], 3)} {check['unit']}", _closed(step["closed"][run]),
                     percent(check["coverage90"]),
                 )
             )  # fmt: skip
@@ -155,6 +155,10 @@ def added(step: Numbers, floor: Numbers) -> Table:
         "run", "held out", "RMSE before", "after", "noise alone", "gap closed", "in the 90 % band",
     )  # fmt: skip
     return table(columns, rows)
+
+
+def _closed(share: float | None) -> str:
+    return "no gap" if share is None else percent(share)
 
 
 def gains(found: Numbers) -> Table:

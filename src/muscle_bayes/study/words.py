@@ -142,7 +142,7 @@ def inertia(name: str, run: Numbers) -> str:
 def step(found: Numbers) -> str:
     """What an added effect is, how sure that is, and what it brings."""
     values = "; ".join(
-        f"{name} {number(one['median'])} {one['unit']}".rstrip()
+        f"{name} {number(one['median'])} {'' if one['unit'] == '1' else one['unit']}".rstrip()
         + f" (90 %: {number(one['low'])} to {number(one['high'])})"
         for name, one in found["parameters"].items()
     )
