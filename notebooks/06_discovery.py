@@ -83,7 +83,8 @@ probability_figure(found)
 # %%
 for step in found.steps:
     for name, told in step.parameters.items():
-        print(f"{step.added}.{name}: {told.mean:.3g} ± {told.sd:.2g} {told.unit}")
+        bounds = f"90 %: {told.low:.3g} to {told.high:.3g}"
+        print(f"{step.added}.{name}: {told.median:.3g} {told.unit}, {bounds}")
 print(f"hidden: {hidden}")
 
 # %%
