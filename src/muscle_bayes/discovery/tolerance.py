@@ -7,8 +7,7 @@ from muscle_bayes.inference.problem import Problem
 
 TOLERATED = {"slow": 0.15, "fast": 0.3}
 """Lasting misfit that counts as none, in standard deviations of a reading's noise: temperatures between
-readings are guessed, and rounding biases the readings of a rotor at rest. With these sizes data sets
-without a hidden effect show no misfit (docs/evidence.md)."""
+readings are guessed, and rounding biases the readings of a rotor at rest."""
 
 
 def noise_of_reading(run: Run) -> float:
