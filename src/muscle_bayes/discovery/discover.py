@@ -21,6 +21,7 @@ from muscle_bayes.discovery.search import Report
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.blas import one_blas_thread
 from muscle_bayes.inference.descent import Fitted, descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
@@ -48,6 +49,7 @@ def applicable(runs: Sequence[Run], present: Sequence[str]) -> list[str]:
 
 
 @double_precision
+@one_blas_thread
 def discover(
     runs: Sequence[Run],
     *,

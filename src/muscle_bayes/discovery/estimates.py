@@ -1,5 +1,6 @@
 """What a fitted point tells of its parameters."""
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -8,7 +9,8 @@ from muscle_bayes.discovery.result import Estimate
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, values_at
+from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested_programs import values_of
 
 DRAWS = 400
 LEVELS = (0.05, 0.5, 0.95)
@@ -21,11 +23,10 @@ OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correl
 def estimates(nested: Nested, fitted: Fitted, effect: str, seed: int) -> dict[str, Estimate]:
     """Median and central 90 % of an effect's parameters, by the normal approximation."""
     points = laplace_draws(fitted, DRAWS, seed)
-    drawn = [values_at(one, fitted.choice, nested.layout, nested.data) for one in points]
+    drawn = values_of(jnp.asarray(points), fitted.choice, nested.layout, nested.data)
     found = {}
     for name in nested.slots_of((effect,)):
-        values = np.array([float(one[name]) for one in drawn])
-        low, median, high = map(float, np.quantile(values, LEVELS))
+        low, median, high = map(float, np.quantile(np.asarray(drawn[name]), LEVELS))
         found[name.split(".")[1]] = Estimate(median, low, high, nested.problem.sites[name].unit)
     return found
 

@@ -15,6 +15,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
+from muscle_bayes.inference.blas import one_blas_thread
 from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
@@ -74,6 +75,7 @@ class Sampled(NamedTuple):
 
 
 @double_precision
+@one_blas_thread
 def sample(
     problem: Problem,
     effort: Effort,
@@ -128,6 +130,7 @@ def _compiled(preparation: Preparation) -> float:
 
 
 @double_precision
+@one_blas_thread
 def fit(
     runs: Sequence[Run],
     friction: Friction = "coulomb",

@@ -95,6 +95,18 @@ def motions_at(
     return result
 
 
+@Program
+def values_of(
+    points: Float[Array, "draw n"], choice: Choice, layout: Layout, data: Data
+) -> dict[str, Array]:
+    """Sampled values at many points."""
+
+    def one(point: Array) -> dict[str, Array]:
+        return {k: jnp.asarray(v) for k, v in values_at(point, choice, layout, data).items()}
+
+    return jax.vmap(one)(points)
+
+
 class Explained(NamedTuple):
     """A point, judged."""
 

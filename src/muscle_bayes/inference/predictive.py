@@ -12,6 +12,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
+from muscle_bayes.inference.blas import one_blas_thread
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
@@ -30,6 +31,7 @@ from muscle_bayes.inference.starts import SETTLING_SHARE, resting_starts, settle
 
 
 @double_precision
+@one_blas_thread
 def predict_runs(
     posterior: Posterior, runs: Sequence[Run], *, draws: int = PREDICTIVE_DRAWS, seed: int = 0
 ) -> list[Prediction]:
@@ -119,6 +121,7 @@ def _improved(problem: Problem, draws: Any) -> Problem:
 
 
 @double_precision
+@one_blas_thread
 def predict_from_prior(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
