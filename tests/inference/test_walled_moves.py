@@ -37,7 +37,7 @@ def run_chain(energy_of, iterations: int, stride: float):
         return vector.at[smooth].set(VECTOR[smooth] + factor @ z)
 
     def energy_at(z, vector):
-        return energy_of(whole(z, vector))
+        return energy_of(whole(z, vector)), ()
 
     def step(state, key):
         state = move_walled(key, state, energy_at, factor, proposal, TENSION, LAYOUT)
@@ -45,7 +45,7 @@ def run_chain(energy_of, iterations: int, stride: float):
         return WalledState(state.z, vector, state.energy), vector
 
     first = jnp.asarray(VECTOR)
-    start = WalledState(jnp.zeros(3), first, energy_at(jnp.zeros(3), first))
+    start = WalledState(jnp.zeros(3), first, energy_at(jnp.zeros(3), first)[0])
     keys = jax.random.split(jax.random.key(0), iterations)
     return np.asarray(jax.jit(lambda s: jax.lax.scan(step, s, keys))(start)[1])
 

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from muscle_bayes.study.pipeline import PROCESSES
-from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.plan import PRESETS, Plan
 from muscle_bayes.study.stages import Stage
 from muscle_bayes.study.worker import progress_file
 
@@ -24,7 +24,7 @@ class Display:
 
     def __init__(self, bars: Progress, plan: Plan, stages: Sequence[Stage]) -> None:
         self._bars, self._plan = bars, plan
-        preset = ("quick", "full").index(plan.preset)
+        preset = PRESETS.index(plan.preset)
         self._about = {stage.name: stage.about for stage in stages}
         self._seconds = {stage.name: stage.seconds[preset] for stage in stages}
         self._waiting = dict(self._seconds)

@@ -256,9 +256,9 @@ def kernel_of(layout: Layout) -> Kernel:
         rest, fresh = vector, accepted
         if outer.size:
 
-            def energy_at(z: Array, rest: Array) -> Array:
+            def energy_at(z: Array, rest: Array) -> tuple[Array, tuple[()]]:
                 vector, log_volume = point_with(z, white, data, rest)
-                return potential(vector, layout, data) - log_volume
+                return potential(vector, layout, data) - log_volume, ()
 
             energy = -log_density - point_with(z, white, data, rest).log_volume
             begun = WalledState(z, rest, energy)

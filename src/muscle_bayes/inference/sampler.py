@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import arviz as az
 import jax
@@ -12,10 +12,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, restart
+from muscle_bayes.inference.guided_kernel import GuidedState
+from muscle_bayes.inference.kernel import CHUNK, Kernel, Transition, restart
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.surrogate import first_surrogate, learned_surrogate, vector_at
 from muscle_bayes.inference.whitening import Whitening, rewhiten, whitening
 
 MAX_RHAT = 1.01
@@ -28,6 +31,10 @@ ADAPTING = 0.0
 """Stands for the leapfrog step that every chain adapts for itself."""
 SHORTER = 1.0, 0.5, 0.25, 0.125
 """Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
+
+
+FAITHFUL = 0.5
+"""Mean acceptance of a warm-up's first stage below which the surrogate is given up."""
 
 
 @dataclass(frozen=True)
@@ -87,23 +94,24 @@ class _Chains:
         self._pool, self._report = pool, report
         self._states = list(pool.map(self._begin, keys))
 
-    def _begin(self, key: Array) -> ChainState:
+    def _begin(self, key: Array) -> Any:
         # Worker threads do not inherit the caller's precision.
         with jax.enable_x64(True):
             return self._kernel.start(key, self._white, self._data)
 
-    def _advance(self, state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
+    def _advance(self, state: Any, step: float, count: int) -> tuple[Any, Draws]:
         kept = []
         with jax.enable_x64(True):
             while count:
                 size = min(CHUNK, count)
-                state, rows = self._kernel.advance(
-                    state, self._white, self._data, jnp.asarray(step), jnp.asarray(size)
-                )
+                state, rows = self._advanced(state, jnp.asarray(step), jnp.asarray(size))
                 kept.append(tuple(part[:size] for part in jax.device_get(rows)))
                 count -= size
                 self._report(size)
         return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+
+    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
+        return self._kernel.advance(state, self._white, self._data, step, count)
 
     def advance(self, step: float, count: int) -> Draws:
         """What every chain draws in `count` iterations."""
@@ -121,6 +129,30 @@ class _Chains:
     def adapted_step(self) -> float:
         """The geometric mean of the steps to which the chains have adapted."""
         return float(np.exp(np.mean([np.log(state.adapted_step) for state in self._states])))
+
+
+class _GuidedChains(_Chains):
+    """Chains whose trajectories follow a surrogate."""
+
+    def __init__(self, key: Array, layout: Layout, white: Whitening, data: Data, **others: Any):
+        self._layout = layout
+        self._surrogate = first_surrogate(key, white, layout, data)
+        super().__init__(white=white, data=data, **others)
+
+    def _begin(self, key: Array) -> GuidedState:
+        with jax.enable_x64(True):
+            state = self._kernel.start(key, self._white, self._data)
+            vector = vector_at(state.z, state.rest, self._white, self._layout, self._data)
+            simulated = predictions_at(vector, self._layout, self._data)
+            return state._replace(simulated=simulated)
+
+    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
+        return self._kernel.advance(state, self._white, self._surrogate, self._data, step, count)
+
+    def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
+        super().rewhiten(vectors, layout)
+        pooled = vectors.reshape(-1, vectors.shape[-1])
+        self._surrogate = learned_surrogate(pooled, self._white, layout, self._data)
 
 
 def draw(
@@ -156,9 +188,22 @@ def draw(
 
     with ThreadPoolExecutor(workers) as pool:
         keys = [jax.random.fold_in(key, index) for index in range(effort.chains)]
-        chains = _Chains(keys, white, preparation.kernel, data, pool, advanced)
-        for _ in range(STAGES - 1):
+        chains: _Chains = _GuidedChains(
+            jax.random.fold_in(key, effort.chains + 1),
+            layout,
+            white,
+            data,
+            keys=keys,
+            kernel=preparation.guided,
+            pool=pool,
+            report=advanced,
+        )
+        for number in range(STAGES - 1):
             early = chains.advance(ADAPTING, stage)
+            if number == 0 and early.acceptance[:, stage // 2 :].mean() < FAITHFUL:
+                total += effort.chains * stage
+                chains = _Chains(keys, white, preparation.kernel, data, pool, advanced)
+                early = chains.advance(ADAPTING, stage)
             chains.rewhiten(early.vector[:, stage // 2 :], layout)
         for share in SHORTER:
             chains.advance(ADAPTING, stage)

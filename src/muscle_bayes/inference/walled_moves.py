@@ -1,7 +1,7 @@
 """Metropolis moves of the springs' minimum forces, whose posterior ends in walls."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -111,6 +111,8 @@ class WalledState(NamedTuple):
     vector: Float[Array, " n"]
     """The whole; where it moves, its smooth entries stay those of the start and z counts."""
     energy: Float[Array, ""]
+    simulated: Any = ()
+    """What the energy was found from; goes along."""
 
 
 def _place(layout: Layout, name: str) -> int:
@@ -122,7 +124,7 @@ def _place(layout: Layout, name: str) -> int:
 def move_walled(
     key: Array,
     state: WalledState,
-    energy_at: Callable[[Array, Array], Array],
+    energy_at: Callable[[Array, Array], tuple[Array, Any]],
     factor: Float[Array, "smooth smooth"],
     proposal: WalledProposal,
     tension: Float[Array, ""],
@@ -134,6 +136,7 @@ def move_walled(
     taut_strain holds the muscle's length. A sheared one also moves taut_strain, so that C stays: that
     holds the length where the spring is slack. A shear keeps volume, so both are symmetric. A draw
     from the table is plain, and long: it is weighed by the table's density (independence sampler).
+    `energy_at(z, vector)` returns the energy, and what the state keeps as `simulated`.
     """
     stride, table = proposal
     smooth, walled, _ = blocks(layout)
@@ -162,8 +165,8 @@ def move_walled(
         shift = shear * (strains[1] - strains[0])
         z = state.z + shift * along_taut
         vector = state.vector.at[entry].set(after)
-        energy = energy_at(z, vector)
-        trial = WalledState(z, vector, energy)
+        energy, simulated = energy_at(z, vector)
+        trial = WalledState(z, vector, energy, simulated)
         back = table.log_density(which, before) - table.log_density(which, after)
         accept = chance < state.energy - energy + jnp.where(tabled, back, 0.0)
         return jax.tree.map(lambda a, b: jnp.where(accept, a, b), trial, state), None

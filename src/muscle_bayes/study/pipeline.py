@@ -17,6 +17,7 @@ from doit.tools import config_changed
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.schedule import longest_path_first
 from muscle_bayes.study.stages import Stage
 
 PROCESSES = 2
@@ -114,7 +115,8 @@ class _Loader(TaskLoader2):
         return self._settings
 
     def load_tasks(self, cmd: Any, pos_args: Any) -> list[Task]:
-        return [dict_to_task(self._task(stage)) for stage in self._stages]
+        ordered = longest_path_first(self._stages, self._plan.preset)
+        return [dict_to_task(self._task(stage)) for stage in ordered]
 
     def _task(self, stage: Stage) -> dict[str, Any]:
         plan = self._plan

@@ -13,6 +13,7 @@ from muscle_bayes.study.published import published_by
 from muscle_bayes.study.roles import Roles, roles_of
 
 Preset = Literal["quick", "full"]
+PRESETS: tuple[Preset, ...] = ("quick", "full")
 
 
 @dataclass(frozen=True)

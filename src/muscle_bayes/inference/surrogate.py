@@ -1,0 +1,133 @@
+"""Predictions taken for linear over the posterior: what trajectories follow between simulations."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.bend import bent, unbent, unbent_smooth
+from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.lane_model import LanePrediction
+from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.whitening import Whitening
+
+POINTS = 4
+"""Simulations per coordinate from which the slopes are first told."""
+MOST_POINTS = 400
+"""Draws from which they are told later."""
+
+
+class Surrogate(NamedTuple):
+    """predicted(x) = middle + slope @ x, x = (z, bent walled entries - their centre)."""
+
+    middle: list[LanePrediction]
+    slope: list[LanePrediction]
+    """Along the last axis."""
+
+    def at(self, x: Float[Array, " x"]) -> list[LanePrediction]:
+        """Predictions at x."""
+        return jax.tree.map(lambda middle, slope: middle + slope @ x, self.middle, self.slope)
+
+
+def blank_surrogate(shapes: list[LanePrediction], layout: Layout) -> Surrogate:
+    """A surrogate of the layout's and the predictions' shapes that holds nothing."""
+    inner, outer, _ = blocks(layout)
+    size = inner.size + outer.size
+    middle = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
+    return Surrogate(
+        middle, jax.tree.map(lambda one: jnp.zeros((*one.shape, size), one.dtype), shapes)
+    )
+
+
+def surrogate_of(
+    x: Float[np.ndarray, "point x"], predicted: Sequence[list[LanePrediction]]
+) -> Surrogate:
+    """Least squares of predictions at points; points that cannot be simulated are left out.
+
+    Coordinates in which the points do not vary have no slope (least norm).
+    """
+    usable = [
+        index
+        for index, one in enumerate(predicted)
+        if all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(one))
+        and all(np.all(lanes.finite > 0.0) for lanes in one)
+    ]
+    columns = np.concatenate([np.ones((len(usable), 1)), x[usable]], axis=1)
+    solve = np.linalg.pinv(columns)
+    structure = jax.tree.structure(predicted[0])
+    rows = [jax.tree.leaves(predicted[index]) for index in usable]
+    middle, slope = [], []
+    for leaves in zip(*rows, strict=True):
+        found = np.tensordot(solve, np.stack(leaves), 1)
+        middle.append(jnp.asarray(found[0]))
+        slope.append(jnp.asarray(np.moveaxis(found[1:], 0, -1)))
+    return Surrogate(jax.tree.unflatten(structure, middle), jax.tree.unflatten(structure, slope))
+
+
+@Program
+def _vectors_at(
+    z: Float[Array, "point smooth"], white: Whitening, layout: Layout, data: Data
+) -> Float[Array, "point n"]:
+    inner = blocks(layout).smooth
+
+    def one(z: Array) -> Array:
+        point = white.centre.at[inner].set(white.centre[inner] + white.factor @ z)
+        return unbent(point, white.bend, layout, data).vector
+
+    return jax.vmap(one)(z)
+
+
+@Program
+def vector_at(
+    z: Float[Array, " smooth"],
+    rest: Float[Array, " n"],
+    white: Whitening,
+    layout: Layout,
+    data: Data,
+) -> Float[Array, " n"]:
+    """The unconstrained vector of whitened smooth entries; of `rest`, not bent, the others are taken."""
+    inner = blocks(layout).smooth
+    point = rest.at[inner].set(white.centre[inner] + white.factor @ z)
+    return unbent_smooth(point, white.bend, layout, data).vector
+
+
+@Program
+def _coordinates_of(
+    vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
+) -> Float[Array, "draw x"]:
+    inner, outer, _ = blocks(layout)
+
+    def one(vector: Array) -> Array:
+        away = bent(vector, white.bend, layout, data) - white.centre
+        z = jax.scipy.linalg.solve_triangular(white.factor, away[inner], lower=True)
+        return jnp.concatenate([z, away[outer]])
+
+    return jax.vmap(one)(vectors)
+
+
+def first_surrogate(key: Array, white: Whitening, layout: Layout, data: Data) -> Surrogate:
+    """From points as the whitening has the posterior: wide differences instead of derivatives."""
+    size = blocks(layout).smooth.size
+    z = jax.random.normal(key, (POINTS * size, size))
+    return _learned(_vectors_at(z, white, layout, data), white, layout, data)
+
+
+def learned_surrogate(
+    vectors: Float[np.ndarray, "draw n"], white: Whitening, layout: Layout, data: Data
+) -> Surrogate:
+    """From draws of the posterior, at most MOST_POINTS of them."""
+    chosen = np.linspace(0, len(vectors) - 1, min(MOST_POINTS, len(vectors))).astype(int)
+    return _learned(jnp.asarray(vectors[chosen]), white, layout, data)
+
+
+def _learned(
+    vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
+) -> Surrogate:
+    x = np.asarray(_coordinates_of(vectors, white, layout, data))
+    predicted = [jax.device_get(predictions_at(one, layout, data)) for one in vectors]
+    return surrogate_of(x, predicted)
