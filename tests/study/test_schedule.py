@@ -28,7 +28,7 @@ def test_what_much_waits_for_comes_first():
     # quick: short 18, after 17, alone 16, last 1; full: short 5, after 4, alone 3, last 1
     assert order == [["short", "after", "alone", "last"]] * 2
     stages[0] = replace(stages[0], seconds=(30, 2))
-    assert [one.name for one in longest_path_first(stages, "quick")][0] == "alone"
+    assert longest_path_first(stages, "quick")[0].name == "alone"
 
 
 @pytest.mark.parametrize("preset", PRESETS)
