@@ -25,6 +25,7 @@ from benchmarks.samplers.chain import WAYS, kind_of
 from benchmarks.samplers.ours import CACHE, NAME, SETTINGS
 from benchmarks.samplers.protocol import Frame, Sampler, our_density
 from benchmarks.timing import seconds
+from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.fit import FULL
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.problem import Problem
@@ -122,10 +123,10 @@ def _ours(folder: Path, problem: Problem) -> dict:
             for name in stored.files
             if name.startswith("seconds_")
         }
-        # A gradient begins each trajectory; warm-up leaves no counts: as many as later are assumed.
-        share = 1.0 + FULL.warmup / quality.draws
         busy = float(stored["busy"])
-        gradients = int(stored["steps"]) + quality.chains * quality.draws
+        # A simulation judges each trajectory, and each proposal of a minimum force.
+        iterations = quality.chains * (FULL.warmup + quality.draws)
+        simulations = iterations * (1 + blocks(problem.layout).walled.size)
         diverging = int(stored["diverging"])
         if stored["with_inertia"]:
             raise ValueError("ours solved these staircases with inertia: another posterior")
@@ -136,7 +137,7 @@ def _ours(folder: Path, problem: Problem) -> dict:
         stages["sampling"],
         busy,
         begun_by,
-        int(gradients * share),
+        simulations,
         diverging,
         0.0,
         0.0,

@@ -163,7 +163,7 @@ def section(results: dict[str, Any]) -> str:
         f"{' and '.join(results['hardly_known'])} are told with all only:",
         "spring runs are made to tell these two, slow runs show J by overshoot alone. Where R-hat exceeds "
         f"{results['largest_rhat']:g} the draws tell no more than a bound.",
-        "Evaluations are of gradients, emcee's and PINTS's of values; they include warm-up.",
+        "Evaluations are of gradients; ours, emcee's and PINTS's of values. They include warm-up.",
         "",
         *_rows(entries),
         "",

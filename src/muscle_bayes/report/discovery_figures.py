@@ -91,7 +91,8 @@ def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
         axes = fig.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
         for column, (name, judged) in enumerate(models):
             _overlay(axes[:, column], judged, run, name)
-        axes[0, 0].legend(fontsize=7, loc="best")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        fig.legend(handles, labels, fontsize=7, ncols=2, loc="upper right")
         held = ", held out" if run in found.held_out else ""
         fig.suptitle(f"{run}, {origin_word(origin)}{held}", x=0.01, ha="left", fontsize=10)
     return fig
