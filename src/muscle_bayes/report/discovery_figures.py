@@ -92,7 +92,7 @@ def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
         for column, (name, judged) in enumerate(models):
             _overlay(axes[:, column], judged, run, name)
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        fig.legend(handles, labels, fontsize=7, ncols=2, loc="upper right")
+        fig.legend(handles, labels, fontsize=7, ncols=4, loc="outside lower left")
         held = ", held out" if run in found.held_out else ""
         fig.suptitle(f"{run}, {origin_word(origin)}{held}", x=0.01, ha="left", fontsize=10)
     return fig
@@ -111,7 +111,7 @@ def _overlay(axes, judged: Judged, run: str, name: str) -> None:
     draw_bands(axes[1], prediction.time, prediction.reading - mean, "predictions")
     axes[1].plot(prediction.time, prediction.observed - mean, ".", color=BLACK, markersize=2)
     axes[1].axhline(0.0, color=BLUE, linewidth=0.8)
-    axes[1].set(xlabel="time [s]", ylabel=f"logged minus mean model [{prediction.unit}]")
+    axes[1].set(xlabel="time [s]", ylabel=f"logged minus\nmean model [{prediction.unit}]")
     if prediction.ahead_from > 0.0:
         for axis in axes:
             axis.axvline(prediction.ahead_from, color=GREY, linestyle=":", linewidth=1.0)
