@@ -10,7 +10,7 @@ def one_blas_thread[**P, R](function: Callable[P, R]) -> Callable[P, R]:
     """Run `function` with NumPy's and SciPy's BLAS on a single thread.
 
     Beside JAX's own threads, or another process, further ones wait for each other at full power: on two
-    busy cores the product of 43 by 16,384 numbers with its transpose took 170 ms with two threads
+    busy cores the product of 43 by 8,192 numbers with its transpose took 170 ms with two threads
     and 1 ms with one.
     """
 

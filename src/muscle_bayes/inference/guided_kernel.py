@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend import unbent, unbent_smooth
 from muscle_bayes.inference.bend_hyst import Unbent
@@ -26,6 +26,7 @@ from muscle_bayes.inference.kernel import (
     MOST_STEPS,
     SHORTEST_STEP,
     SHORTEST_TRAJECTORY,
+    ChainState,
     Kernel,
     Transition,
 )
@@ -38,27 +39,6 @@ from muscle_bayes.inference.whitening import Whitening
 
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
-
-
-class GuidedState(NamedTuple):
-    """Where a chain is."""
-
-    z: Float[Array, " smooth"]
-    """Whitened smooth entries."""
-    rest: Float[Array, " n"]
-    """Whole vector; only its walled and noise entries count."""
-    simulated: list[LanePrediction]
-    """The model's predictions here."""
-    fresh: Bool[Array, ""]
-    """Whether `simulated` is of this point."""
-    key: Array
-    adaptation: Any
-    """Of the logarithm of the leapfrog step, by dual averaging."""
-
-    @property
-    def adapted_step(self) -> float:
-        """The step to which adaptation has come."""
-        return float(jnp.clip(jnp.exp(self.adaptation[1]), *ADAPTED_STEPS))
 
 
 class _Moving(NamedTuple):
@@ -90,18 +70,18 @@ def guided_kernel_of(layout: Layout) -> Kernel:
     def simulate(vector: Array, data: Data) -> list[LanePrediction]:
         return predictions(constrain(vector, layout, data), layout, data)
 
-    def start(key: Array, white: Whitening, data: Data) -> GuidedState:
+    def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
         middle = unbent(white.centre, white.bend, layout, data).vector
         rest = disperse(key_noise, middle, white.noise, layout)
         z = jax.random.normal(key_z, (inner.size,))
         shapes = jax.eval_shape(simulate, rest, data)
         nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
-        return GuidedState(z, rest, nothing, jnp.asarray(False), key_rest, ADAPTATION[0]())
+        return ChainState(z, rest, nothing, jnp.asarray(False), key_rest, ADAPTATION[0]())
 
     def iterate(
-        state: GuidedState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
-    ) -> tuple[GuidedState, Transition]:
+        state: ChainState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
+    ) -> tuple[ChainState, Transition]:
         key, key_length, key_accept, key_walled, key_noise, key_momentum = jax.random.split(
             state.key, 6
         )
@@ -194,16 +174,16 @@ def guided_kernel_of(layout: Layout) -> Kernel:
             begun_energy + kinetic,
             log_density,
         )
-        return GuidedState(z, rest, predicted, state.fresh, key, adaptation), kept
+        return ChainState(z, rest, predicted, state.fresh, key, adaptation), kept
 
     def advance(
-        state: GuidedState,
+        state: ChainState,
         white: Whitening,
         surrogate: Surrogate,
         data: Data,
         step: Array,
         count: Array,
-    ) -> tuple[GuidedState, Transition]:
+    ) -> tuple[ChainState, Transition]:
         """`count` iterations, at most CHUNK; what lies behind them in the result is empty.
 
         `step` is that of the leapfrog; 0 lets the chain adapt its own.

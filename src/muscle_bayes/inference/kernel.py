@@ -61,7 +61,8 @@ class ChainState(NamedTuple):
     """Whitened smooth entries."""
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
-    simulated: Simulated
+    simulated: Any
+    """A Simulated; of trajectories along a surrogate the predictions, always those of this point."""
     fresh: Bool[Array, ""]
     """Whether `simulated` is of this point."""
     key: Array
@@ -103,7 +104,8 @@ class _Trajectory(NamedTuple):
     z: Float[Array, " smooth"]
     momentum: Float[Array, " smooth"]
     rest: Float[Array, " n"]
-    simulated: Simulated
+    simulated: Any
+    """A Simulated; of trajectories along a surrogate the predictions, always those of this point."""
     fresh: Bool[Array, ""]
     """Whether `simulated` is of z."""
     evaluated: Int[Array, ""]

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from muscle_bayes.inference.guided_kernel import GuidedState, guided_kernel_of
+from muscle_bayes.inference.guided_kernel import guided_kernel_of
 from muscle_bayes.inference.kernel import ChainState, Kernel, Transition, kernel_of
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
@@ -21,20 +21,20 @@ def _start(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainSta
 
 
 @Program
-def _start_guided(key: Array, white: Whitening, data: Data, layout: Layout) -> GuidedState:
+def _start_guided(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainState:
     return guided_kernel_of(layout).start(key, white, data)
 
 
 @Program
 def _advance_guided(
-    state: GuidedState,
+    state: ChainState,
     white: Whitening,
     surrogate: Surrogate,
     data: Data,
     step: Array,
     count: Array,
     layout: Layout,
-) -> tuple[GuidedState, Transition]:
+) -> tuple[ChainState, Transition]:
     return guided_kernel_of(layout).advance(state, white, surrogate, data, step, count)
 
 

@@ -12,8 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.guided_kernel import GuidedState
-from muscle_bayes.inference.kernel import CHUNK, Kernel, Transition, restart
+from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, Transition, restart
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
@@ -94,12 +93,12 @@ class _Chains:
         self._pool, self._report = pool, report
         self._states = list(pool.map(self._begin, keys))
 
-    def _begin(self, key: Array) -> Any:
+    def _begin(self, key: Array) -> ChainState:
         # Worker threads do not inherit the caller's precision.
         with jax.enable_x64(True):
             return self._kernel.start(key, self._white, self._data)
 
-    def _advance(self, state: Any, step: float, count: int) -> tuple[Any, Draws]:
+    def _advance(self, state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
         kept = []
         with jax.enable_x64(True):
             while count:
@@ -110,7 +109,9 @@ class _Chains:
                 self._report(size)
         return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
 
-    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
+    def _advanced(
+        self, state: ChainState, step: Array, count: Array
+    ) -> tuple[ChainState, Transition]:
         return self._kernel.advance(state, self._white, self._data, step, count)
 
     def advance(self, step: float, count: int) -> Draws:
@@ -139,14 +140,16 @@ class _GuidedChains(_Chains):
         self._surrogate = first_surrogate(key, white, layout, data)
         super().__init__(white=white, data=data, **others)
 
-    def _begin(self, key: Array) -> GuidedState:
+    def _begin(self, key: Array) -> ChainState:
         with jax.enable_x64(True):
             state = self._kernel.start(key, self._white, self._data)
             vector = vector_at(state.z, state.rest, self._white, self._layout, self._data)
             simulated = predictions_at(vector, self._layout, self._data)
             return state._replace(simulated=simulated)
 
-    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
+    def _advanced(
+        self, state: ChainState, step: Array, count: Array
+    ) -> tuple[ChainState, Transition]:
         return self._kernel.advance(state, self._white, self._surrogate, self._data, step, count)
 
     def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:

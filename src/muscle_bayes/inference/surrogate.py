@@ -57,6 +57,8 @@ def surrogate_of(
         if all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(one))
         and all(np.all(lanes.finite > 0.0) for lanes in one)
     ]
+    # One of nothing but such points says nothing, and is given up for what it leads to.
+    usable = usable or [0]
     columns = np.concatenate([np.ones((len(usable), 1)), x[usable]], axis=1)
     solve = np.linalg.pinv(columns)
     structure = jax.tree.structure(predicted[0])
