@@ -22,11 +22,15 @@ DATA = Path(__file__).parents[2] / "data"
 EFFORT = Effort(warmup=120, draws=250, rounds=12)
 
 
+def fitted_run(name):
+    with jax.enable_x64(True):
+        problem = pose(read_runs([DATA / f"{name}.csv"]))
+        return problem, find_mode(jax.random.key(0), problem.layout, problem.data)
+
+
 @pytest.fixture(scope="module")
 def spring():
-    with jax.enable_x64(True):
-        problem = pose(read_runs([DATA / "spring-1.csv"]))
-        return problem, find_mode(jax.random.key(0), problem.layout, problem.data)
+    return fitted_run("spring-1")
 
 
 def drawn(spring, seed):
@@ -69,9 +73,14 @@ def test_a_coordinate_that_does_not_vary_has_no_slope():
     np.testing.assert_allclose(found.slope[0].reading[0, 0], [0.5, 0.0], atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "name", ["spring-1", pytest.param("staircase-166g", marks=pytest.mark.slow)]
+)
 @double_precision
-def test_a_chain_s_energies_and_predictions_are_the_model_s(spring, monkeypatch):
-    problem, _ = spring
+def test_a_chain_s_energies_and_predictions_are_the_model_s(name, monkeypatch):
+    """Also where minimum forces move."""
+    fitted = fitted_run(name)
+    problem, _ = fitted
     seen = []
     advance = sampler._GuidedChains.advance
 
@@ -81,7 +90,7 @@ def test_a_chain_s_energies_and_predictions_are_the_model_s(spring, monkeypatch)
         return found
 
     monkeypatch.setattr(sampler._GuidedChains, "advance", watched)
-    drawn(spring, 3)
+    drawn(fitted, 3)
     chains, found = seen[-1]
     for state, vectors, densities in zip(
         chains._states, found.vector, found.log_density, strict=True
