@@ -17,12 +17,12 @@ from muscle_bayes.criticism.replicates import (
     measured_draws,
     replicate,
 )
-from muscle_bayes.inference.assemble import LIBRARIES, named_values, values_of
-from muscle_bayes.inference.fit import FIT_LAYERS, sample
+from muscle_bayes.inference.assemble import named_values, values_of
+from muscle_bayes.inference.fit import sample
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.sampler import Effort, agree
 from muscle_bayes.parallel.tasks import Tasks
-from muscle_bayes.provenance import source_checksum
+from muscle_bayes.provenance import LIBRARIES, code_checksum
 
 EFFORT = Effort(chains=2, warmup=90, draws=150, rounds=16, min_ess=100, max_rhat=1.05)
 """Enough for RANKS nearly independent draws, and the R-hat that so few can be held to."""
@@ -82,7 +82,7 @@ def _inputs(template: Template, effort: Effort) -> dict[str, Any]:
         "effects": template.effects,
         "given": {name: [one.loc, one.scale] for name, one in (template.known or {}).items()},
         "effort": effort,
-        "source": source_checksum(*FIT_LAYERS),
+        "source": code_checksum(__name__),
         "versions": {name: version(name) for name in LIBRARIES},
     }
 

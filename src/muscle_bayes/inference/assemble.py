@@ -19,10 +19,10 @@ from muscle_bayes.inference.problem import Data, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import constrained, fits_with, predictions_at, unconstrained
 from muscle_bayes.inference.sampler import MAX_RHAT, Draws
+from muscle_bayes.provenance import LIBRARIES
 
 PREDICTIVE_DRAWS = 200
 PRIOR_DRAWS = 1000
-LIBRARIES = ("muscle-bayes", "jax", "numpyro", "diffrax", "arviz", "numpy")
 
 
 def _run_axis(problem: Problem, name: str) -> list[str]:

@@ -29,8 +29,6 @@ from muscle_bayes.inference.sampler import Draws, Effort, draw
 
 QUICK = Effort(warmup=120, draws=160, rounds=16, min_ess=200)
 FULL = Effort()
-FIT_LAYERS = ("physics", "data", "inference")
-"""Layers whose code a posterior depends on."""
 EFFORTS = {"quick": QUICK, "full": FULL}
 
 

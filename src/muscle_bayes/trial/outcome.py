@@ -14,17 +14,10 @@ from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.discovery.tolerance import noise_of_reading
-from muscle_bayes.inference.assemble import LIBRARIES
 from muscle_bayes.parallel.tasks import Tasks
-from muscle_bayes.provenance import source_checksum
+from muscle_bayes.provenance import LIBRARIES, code_checksum
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.trial.outside import OUTSIDE
-
-LAYERS = (
-    *("physics", "data", "inference", "criticism", "discovery", "twin"),
-    *("trial/cases.py", "trial/outcome.py", "trial/outside.py"),
-)
-"""Code that outcomes depend on."""
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -94,5 +87,5 @@ def held_out_ratio(judged: Judged, noise: float, found: Discovery) -> float:
 
 def trial_tasks(chosen: list[Case]) -> Tasks:
     """A task for each case; kept results count only for the same code and libraries."""
-    inputs = {"code": source_checksum(*LAYERS), **{name: version(name) for name in LIBRARIES}}
+    inputs = {"code": code_checksum(__name__), **{name: version(name) for name in LIBRARIES}}
     return Tasks(run_case, {case.name: (case,) for case in chosen}, inputs)
