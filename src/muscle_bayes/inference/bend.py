@@ -36,12 +36,16 @@ def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> 
 
 
 def logs_of(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
-    """The coordinates of a vector before sizes take the place of their logarithms."""
-    still = bent_walls(vector, layout, data)
-    loose = bent_friction(still, bend.friction, layout, data)
+    """The smooth coordinates of a vector before sizes take the place of their logarithms."""
+    loose = bent_friction(vector, bend.friction, layout, data)
     return bent_hyst(bent_stiffness(loose, layout, data), layout, data)
+
+
+def bent_smooth(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
+    """Inverse of `unbent_smooth`."""
+    return bent_sizes(logs_of(vector, bend, layout, data), bend.sizes, layout)
 
 
 def bent(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Float[Array, " n"]:
     """Inverse of `unbent`."""
-    return bent_sizes(logs_of(vector, bend, layout, data), bend.sizes, layout)
+    return bent_smooth(bent_walls(vector, layout, data), bend, layout, data)

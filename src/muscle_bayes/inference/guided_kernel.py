@@ -35,7 +35,7 @@ from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_no
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.surrogate import Surrogate
 from muscle_bayes.inference.walled_moves import WalledState, move_walled
-from muscle_bayes.inference.whitening import Whitening
+from muscle_bayes.inference.whitening import Whitening, whitened
 
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
@@ -148,24 +148,21 @@ def guided_kernel_of(layout: Layout) -> Kernel:
         rest = vector
         if outer.size:
 
-            def energy_at(z: Array, rest: Array) -> tuple[Array, list[LanePrediction]]:
-                vector, log_volume = point_with(z, white, data, rest)
+            def energy_at(vector: Array) -> tuple[Array, list[LanePrediction]]:
                 found = simulate(vector, data)
-                return potential_given(found, vector, layout, data) - log_volume, found
+                return potential_given(found, vector, layout, data), found
 
-            here = -log_density - point_with(z, white, data, rest).log_volume
             walled = move_walled(
                 key_walled,
-                WalledState(z, rest, here, predicted),
+                WalledState(vector, -log_density, predicted),
                 energy_at,
-                white.factor,
                 white.walled,
                 data.tension,
                 layout,
             )
-            z, rest, predicted = walled.z, walled.vector, walled.simulated
-            vector, log_volume = point_with(z, white, data, rest)
-            log_density = -walled.energy - log_volume
+            rest, predicted = walled.vector, walled.simulated
+            z = whitened(rest, white, layout, data)
+            vector, log_density = rest, -walled.energy
         kept = Transition(
             vector,
             rise_along > LARGEST_RISE,

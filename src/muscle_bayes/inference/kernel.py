@@ -19,7 +19,7 @@ from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.walled_moves import WalledState, move_walled
-from muscle_bayes.inference.whitening import Whitening
+from muscle_bayes.inference.whitening import Whitening, whitened
 
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
@@ -258,19 +258,15 @@ def kernel_of(layout: Layout) -> Kernel:
         rest, fresh = vector, accepted
         if outer.size:
 
-            def energy_at(z: Array, rest: Array) -> tuple[Array, tuple[()]]:
-                vector, log_volume = point_with(z, white, data, rest)
-                return potential(vector, layout, data) - log_volume, ()
+            def energy_at(vector: Array) -> tuple[Array, tuple[()]]:
+                return potential(vector, layout, data), ()
 
-            energy = -log_density - point_with(z, white, data, rest).log_volume
-            begun = WalledState(z, rest, energy)
-            walled = move_walled(
-                key_walled, begun, energy_at, white.factor, white.walled, data.tension, layout
-            )
+            begun = WalledState(vector, -log_density)
+            walled = move_walled(key_walled, begun, energy_at, white.walled, data.tension, layout)
             fresh &= jnp.all(walled.vector == rest)
-            z, rest = walled.z, walled.vector
-            vector, log_volume = point_with(z, white, data, rest)
-            log_density = -walled.energy - log_volume
+            rest = walled.vector
+            z = whitened(rest, white, layout, data)
+            vector, log_density = rest, -walled.energy
         kept = Transition(
             vector,
             rise > LARGEST_RISE,

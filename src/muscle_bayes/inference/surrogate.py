@@ -8,13 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import bent, unbent, unbent_smooth
+from muscle_bayes.inference.bend import unbent, unbent_smooth
+from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import predictions_at
-from muscle_bayes.inference.whitening import Whitening
+from muscle_bayes.inference.whitening import Whitening, whitened
 
 POINTS = 4
 """Simulations per coordinate from which the slopes are first told."""
@@ -102,12 +103,11 @@ def vector_at(
 def _coordinates_of(
     vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
 ) -> Float[Array, "draw x"]:
-    inner, outer, _ = blocks(layout)
+    outer = blocks(layout).walled
 
     def one(vector: Array) -> Array:
-        away = bent(vector, white.bend, layout, data) - white.centre
-        z = jax.scipy.linalg.solve_triangular(white.factor, away[inner], lower=True)
-        return jnp.concatenate([z, away[outer]])
+        away = bent_walls(vector, layout, data)[outer] - white.centre[outer]
+        return jnp.concatenate([whitened(vector, white, layout, data), away])
 
     return jax.vmap(one)(vectors)
 

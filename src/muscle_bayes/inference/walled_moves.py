@@ -14,6 +14,8 @@ from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.physics.springs import tensile_strain
 
+CARRYING = WALLED[0]
+"""The minimum force that friction may be carried along with."""
 SPRINGS = dict(zip(WALLED, ("modulus", "stiffness_hyst"), strict=True))
 """Force per strain of the spring that each minimum force belongs to."""
 BINS = 128
@@ -24,6 +26,10 @@ EVEN_SHARE = 0.05
 """Share of a table's probability that is spread evenly, for walls that lie elsewhere."""
 TABLED = 0.75
 """Share of proposals that come from the table; the others are local."""
+CARRIED = 0.15
+"""Share of the proposals of MODULUS's minimum force that carry friction along."""
+REACH = 0.5
+"""Standard deviation of the logarithm of that force in the longest of these."""
 
 
 class Table(NamedTuple):
@@ -55,6 +61,12 @@ class Table(NamedTuple):
         return jnp.where(inside, share, -jnp.inf)
 
 
+def _place(layout: Layout, name: str) -> int:
+    """Index of a scalar site in the vector."""
+    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
+    return int(np.cumsum([0, *sizes])[[known for known, _ in layout.shapes].index(name)])
+
+
 @Program
 def _ends(layout: Layout, data: Data) -> Float[Array, "walled 2"]:
     """Ends of each walled entry's table."""
@@ -75,7 +87,7 @@ def tabulate(
 
     `energy_of` is the negative log density of the unconstrained vector.
     """
-    _, walled, _ = blocks(layout)
+    walled = blocks(layout).walled
     if not walled.size:
         return Table.empty(layout)
     ends = np.asarray(_ends(layout, data))
@@ -106,26 +118,18 @@ class WalledProposal(NamedTuple):
 class WalledState(NamedTuple):
     """What the moves change."""
 
-    z: Float[Array, " smooth"]
-    """Whitened smooth entries."""
     vector: Float[Array, " n"]
-    """The whole; where it moves, its smooth entries stay those of the start and z counts."""
+    """Unconstrained."""
     energy: Float[Array, ""]
+    """Negative log density of the vector."""
     simulated: Any = ()
     """What the energy was found from; goes along."""
-
-
-def _place(layout: Layout, name: str) -> int:
-    """Index of a scalar site in the vector."""
-    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
-    return int(np.cumsum([0, *sizes])[[known for known, _ in layout.shapes].index(name)])
 
 
 def move_walled(
     key: Array,
     state: WalledState,
-    energy_at: Callable[[Array, Array], tuple[Array, Any]],
-    factor: Float[Array, "smooth smooth"],
+    energy_at: Callable[[Array], tuple[Array, Any]],
     proposal: WalledProposal,
     tension: Float[Array, ""],
     layout: Layout,
@@ -134,45 +138,46 @@ def move_walled(
 
     A plain proposal moves a minimum force F alone: under `tension` [N], to which it refers,
     taut_strain holds the muscle's length. A sheared one also moves taut_strain, so that C stays: that
-    holds the length where the spring is slack. A shear keeps volume, so both are symmetric. A draw
-    from the table is plain, and long: it is weighed by the table's density (independence sampler).
-    `energy_at(z, vector)` returns the energy, and what the state keeps as `simulated`.
+    holds the length where the spring is slack. One that carries friction along keeps D / F of MODULUS:
+    shut, it stretches by 2 D / F of STRAIN_EPSILON where motion turns, and readings tell that alone.
+    Both keep volume, so all are symmetric. A draw from the table is plain, and long: it is weighed by
+    the table's density (independence sampler). `energy_at(vector)` returns the energy, and what the
+    state keeps as `simulated`.
     """
     stride, table = proposal
-    smooth, walled, _ = blocks(layout)
-    inside = {int(entry): index for index, entry in enumerate(smooth)}
-    taut = inside[_place(layout, "taut_strain")]
-    stiffness = [_place(layout, SPRINGS[name]) for name, _ in layout.shapes if name in WALLED]
-    along_taut = jax.scipy.linalg.solve_triangular(factor, jnp.eye(len(smooth))[taut], lower=True)
-    key_draw, key_step, key_accept, key_reach, key_shear, key_kind = jax.random.split(key, 6)
+    walled = blocks(layout).walled
+    taut, friction = _place(layout, "taut_strain"), _place(layout, "D")
+    names = [name for name, _ in layout.shapes if name in WALLED]
+    stiffness = jnp.asarray([_place(layout, SPRINGS[name]) for name in names])
+    shuts = jnp.asarray([name == CARRYING for name in names])
+    key_draw, key_step, key_accept, key_reach, key_shear, key_kind, key_carry = jax.random.split(
+        key, 7
+    )
     count = walled.size
     steps = jax.random.normal(key_step, (count,))
     # Long and short proposals: a wall near or far from here is reached by either.
     steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
     chances = jnp.log(jax.random.uniform(key_accept, (count,)))
-    shears = jax.random.bernoulli(key_shear, 0.5, (count,)) * 1.0
-    kinds = jax.random.bernoulli(key_kind, TABLED, (count,))
+    carries = jax.random.bernoulli(key_carry, CARRIED, (count,)) & shuts
+    tabled = jax.random.bernoulli(key_kind, TABLED, (count,)) & ~carries
+    shears = jax.random.bernoulli(key_shear, 0.5, (count,)) & ~carries & ~tabled
+    steps = steps * jnp.where(carries, REACH, stride)
 
     def propose(state: WalledState, now: tuple[Array, ...]) -> tuple[WalledState, None]:
-        key, which, tabled, step, chance, shear, log_stiffness = now
+        key, which, tabled, step, chance, shear, carry = now
         entry = jnp.asarray(walled)[which]
         before = state.vector[entry]
-        after = jnp.where(tabled, table.draw(key, which), before + stride[which] * step)
-        shear = jnp.where(tabled, 0.0, shear)
-        strains = tensile_strain(
-            tension, jnp.exp(log_stiffness), jnp.exp(jnp.stack([before, after]))
-        )
-        shift = shear * (strains[1] - strains[0])
-        z = state.z + shift * along_taut
+        after = jnp.where(tabled, table.draw(key, which), before + step)
+        stiff = jnp.exp(state.vector[stiffness[which]])
+        strains = tensile_strain(tension, stiff, jnp.exp(jnp.stack([before, after])))
         vector = state.vector.at[entry].set(after)
-        energy, simulated = energy_at(z, vector)
-        trial = WalledState(z, vector, energy, simulated)
+        vector = vector.at[taut].add(shear * (strains[1] - strains[0]))
+        vector = vector.at[friction].add(carry * (after - before))
+        trial = WalledState(vector, *energy_at(vector))
         back = table.log_density(which, before) - table.log_density(which, after)
-        accept = chance < state.energy - energy + jnp.where(tabled, back, 0.0)
+        accept = chance < state.energy - trial.energy + jnp.where(tabled, back, 0.0)
         return jax.tree.map(lambda a, b: jnp.where(accept, a, b), trial, state), None
 
-    # No proposal changes the springs' stiffnesses.
-    held = state.vector[jnp.asarray(stiffness)]
     draws = jax.random.split(key_draw, count)
-    each = draws, jnp.arange(count), kinds, steps, chances, shears, held
+    each = draws, jnp.arange(count), tabled, steps, chances, shears, carries
     return jax.lax.scan(propose, state, each)[0]

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import Bend, bent, logs_of, unbent
+from muscle_bayes.inference.bend import Bend, bent, bent_smooth, logs_of, unbent
 from muscle_bayes.inference.bend_friction import (
     FrictionScale,
     scale_at_mode,
@@ -46,6 +47,14 @@ class Whitening(NamedTuple):
     noise: Proposal
     misfit: Float[Array, " regime"]
     """Typical `lasting_misfit`."""
+
+
+def whitened(
+    vector: Float[Array, " n"], white: Whitening, layout: Layout, data: Data
+) -> Float[Array, " smooth"]:
+    """z of an unconstrained vector."""
+    away = bent_smooth(vector, white.bend, layout, data) - white.centre
+    return solve_triangular(white.factor, away[blocks(layout).smooth], lower=True)
 
 
 @Program
