@@ -61,12 +61,6 @@ class Table(NamedTuple):
         return jnp.where(inside, share, -jnp.inf)
 
 
-def _place(layout: Layout, name: str) -> int:
-    """Index of a scalar site in the vector."""
-    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
-    return int(np.cumsum([0, *sizes])[[known for known, _ in layout.shapes].index(name)])
-
-
 @Program
 def _ends(layout: Layout, data: Data) -> Float[Array, "walled 2"]:
     """Ends of each walled entry's table."""
@@ -124,6 +118,12 @@ class WalledState(NamedTuple):
     """Negative log density of the vector."""
     simulated: Any = ()
     """What the energy was found from; goes along."""
+
+
+def _place(layout: Layout, name: str) -> int:
+    """Index of a scalar site in the vector."""
+    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
+    return int(np.cumsum([0, *sizes])[[known for known, _ in layout.shapes].index(name)])
 
 
 def move_walled(
