@@ -73,10 +73,13 @@ def test_moves_leave_the_density_as_it_is_whatever_they_propose(spring, shift, w
     proposal = Proposal(centre + shift * spread * 0.3, jnp.diag(width * 0.5 * spread))
 
     def step(at, key):
-        at = move_noise(key, predicted, at, proposal, layout, data)
-        return at, shape_of(at[noise])[0]
+        moved = move_noise(key, predicted, at, proposal, layout, data)
+        at = moved.vector
+        off = moved.energy - potential_given(predicted, at, layout, data)
+        return at, (shape_of(at[noise])[0], off)
 
     keys = jax.random.split(key_chain, 3000)
-    _, totals = jax.jit(lambda start: jax.lax.scan(step, start, keys))(vector)
+    _, (totals, off) = jax.jit(lambda start: jax.lax.scan(step, start, keys))(vector)
+    np.testing.assert_allclose(off, 0.0, atol=1e-8)
     assert abs(totals[200:].mean() - mean) < 0.2 * sd
     np.testing.assert_allclose(totals[200:].std(), sd, rtol=0.2)

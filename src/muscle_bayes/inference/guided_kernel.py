@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from muscle_bayes.inference.bend import unbent, unbent_smooth
+from muscle_bayes.inference.bend import unbent
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
@@ -26,7 +26,6 @@ from muscle_bayes.inference.kernel import (
     MOST_STEPS,
     SHORTEST_STEP,
     SHORTEST_TRAJECTORY,
-    ChainState,
     Kernel,
     Transition,
 )
@@ -34,11 +33,53 @@ from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.surrogate import Surrogate
-from muscle_bayes.inference.walled_moves import WalledState, move_walled
+from muscle_bayes.inference.walled_moves import offer_walled
 from muscle_bayes.inference.whitening import Whitening, whitened
 
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
+
+
+class GuidedState(NamedTuple):
+    """Where a chain is."""
+
+    vector: Float[Array, " n"]
+    """Unconstrained."""
+    predicted: list[LanePrediction]
+    """Predictions there."""
+    key: Array
+    adaptation: Any
+    """Of the logarithm of the leapfrog step, by dual averaging."""
+
+
+class _Here(NamedTuple):
+    """A point of the model."""
+
+    vector: Float[Array, " n"]
+    energy: Float[Array, ""]
+    """Negative log density of the vector."""
+    predicted: list[LanePrediction]
+
+
+class _Told(NamedTuple):
+    """What an iteration tells of its trajectory."""
+
+    energy: Float[Array, ""]
+    """Potential and kinetic, at its start."""
+    rise: Float[Array, ""]
+    """Of the energy by the surrogate."""
+    steps: Int[Array, ""]
+    acceptance: Float[Array, ""]
+
+
+class _Offer(NamedTuple):
+    """A vector to move to, from one whose energy is known."""
+
+    here: _Here
+    there: Float[Array, " n"]
+    log_odds: Float[Array, ""]
+    """Added to the fall of the energy: what else decides whether the offer is taken."""
+    told: _Told
 
 
 class _Moving(NamedTuple):
@@ -47,7 +88,9 @@ class _Moving(NamedTuple):
     gradient: Float[Array, " smooth"]
     begun: Float[Array, ""]
     """Energy by the surrogate at the start, and at the last point:"""
-    ended: Float[Array, ""]
+    energy: Float[Array, ""]
+    begun_log_volume: Float[Array, ""]
+    point: Unbent
 
 
 @lru_cache(maxsize=32)
@@ -55,55 +98,39 @@ def guided_kernel_of(layout: Layout) -> Kernel:
     """Kernel of a layout, not compiled."""
     inner, outer, noise = blocks(layout)
 
-    def placed(z: Array, white: Whitening, rest: Array) -> Array:
-        return rest.at[inner].set(white.centre[inner] + white.factor @ z)
-
-    # While the smooth entries move, the walled ones keep their distance from walls: `rest` is bent.
-    def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        return unbent(placed(z, white, rest), white.bend, layout, data)
-
-    # While the walled entries move, the smooth ones stay: `rest` is not bent.
-    def point_with(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        return unbent_smooth(placed(z, white, rest), white.bend, layout, data)
-
-    @jax.jit
     def simulate(vector: Array, data: Data) -> list[LanePrediction]:
         return predictions(constrain(vector, layout, data), layout, data)
 
-    def start(key: Array, white: Whitening, data: Data) -> ChainState:
+    def start(key: Array, white: Whitening, data: Data) -> GuidedState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
-        middle = unbent(white.centre, white.bend, layout, data).vector
-        rest = disperse(key_noise, middle, white.noise, layout)
-        z = jax.random.normal(key_z, (inner.size,))
-        shapes = jax.eval_shape(simulate, rest, data)
-        nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
-        return ChainState(z, rest, nothing, jnp.asarray(False), key_rest, ADAPTATION[0]())
-
-    def iterate(
-        state: ChainState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
-    ) -> tuple[ChainState, Transition]:
-        key, key_length, key_accept, key_walled, key_noise, key_momentum = jax.random.split(
-            state.key, 6
+        bent = white.centre.at[inner].add(white.factor @ jax.random.normal(key_z, (inner.size,)))
+        vector = disperse(
+            key_noise, unbent(bent, white.bend, layout, data).vector, white.noise, layout
         )
-        z, predicted = state.z, state.simulated
-        vector, _ = point_with(z, white, data, state.rest)
-        rest = state.rest.at[outer].set(bent_walls(vector, layout, data)[outer])
+        shapes = jax.eval_shape(simulate, vector, data)
+        nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
+        return GuidedState(vector, nothing, key_rest, ADAPTATION[0]())
 
-        # The noise given the predictions.
-        moved = move_noise(key_noise, predicted, vector, white.noise, layout, data)
-        rest = rest.at[noise].set(moved[noise])
+    def by_trajectory(
+        key: Array, here: _Here, white: Whitening, surrogate: Surrogate, data: Data, step: Array
+    ) -> _Offer:
+        """The noise drawn anew, then a trajectory along the surrogate."""
+        key_length, key_noise, key_momentum = jax.random.split(key, 3)
+        moved = move_noise(key_noise, here.predicted, here.vector, white.noise, layout, data)
+        here = _Here(moved.vector, moved.energy, here.predicted)
+        # While the smooth entries move, the walled ones keep their distance from walls.
+        rest = here.vector.at[outer].set(bent_walls(here.vector, layout, data)[outer])
         walled_away = rest[outer] - white.centre[outer]
 
-        def energy_of(predicted: list[LanePrediction], z: Array) -> Array:
-            vector, log_volume = point_of(z, white, data, rest)
-            return potential_given(predicted, vector, layout, data) - log_volume
+        def point_of(z: Array) -> Unbent:
+            placed = rest.at[inner].set(white.centre[inner] + white.factor @ z)
+            return unbent(placed, white.bend, layout, data)
 
-        # A trajectory along the surrogate.
-        def along(z: Array) -> Array:
-            return energy_of(surrogate.at(jnp.concatenate([z, walled_away])), z)
+        def along(z: Array) -> tuple[Array, Unbent]:
+            predicted = surrogate.at(jnp.concatenate([z, walled_away]))
+            point = point_of(z)
+            return potential_given(predicted, point.vector, layout, data) - point.log_volume, point
 
-        adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
-        step = jnp.where(step > 0.0, step, adapting)
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
         length = SHORTEST_TRAJECTORY + span * jax.random.uniform(key_length)
         # Where misfit is small the others are known well: steps right elsewhere go astray there.
@@ -118,69 +145,93 @@ def guided_kernel_of(layout: Layout) -> Kernel:
             half = now.momentum - 0.5 * stride * now.gradient
             first = index == 0
             z = jnp.where(first, now.z, now.z + stride * half)
-            energy, gradient = jax.value_and_grad(along)(z)
+            (energy, point), gradient = jax.value_and_grad(along, has_aux=True)(z)
             momentum = jnp.where(first, now.momentum, half - 0.5 * stride * gradient)
-            return _Moving(z, momentum, gradient, jnp.where(first, energy, now.begun), energy)
-
-        momentum = jax.random.normal(key_momentum, z.shape)
-        nothing = jnp.zeros(())
-        begin = _Moving(z, momentum, jnp.zeros_like(z), nothing, nothing)
-        ended = jax.lax.fori_loop(0, count + 1, leap, begin)
-        kinetic = 0.5 * momentum @ momentum
-        kinetic_ended = 0.5 * ended.momentum @ ended.momentum
-        rise_along = _or_infinite(ended.ended + kinetic_ended - ended.begun - kinetic)
-        adaptation = ADAPTATION[1](
-            TARGET_ACCEPTANCE - jnp.exp(jnp.minimum(-rise_along, 0.0)), state.adaptation
-        )
-
-        # The model says whether it ended well.
-        found = simulate(point_of(ended.z, white, data, rest).vector, data)
-        begun_energy, ended_energy = energy_of(predicted, z), energy_of(found, ended.z)
-        rise = _or_infinite(ended_energy + kinetic_ended - begun_energy - kinetic)
-        acceptance = jnp.exp(jnp.minimum(-rise, 0.0))
-        accepted = jax.random.uniform(key_accept) < acceptance
-        z = jnp.where(accepted, ended.z, z)
-        predicted = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), found, predicted)
-        energy = jnp.where(accepted, ended_energy, begun_energy)
-        vector, log_volume = point_of(z, white, data, rest)
-        log_density = -energy - log_volume
-        # Whole, for the walled moves look at stiffnesses as they are now.
-        rest = vector
-        if outer.size:
-
-            def energy_at(vector: Array) -> tuple[Array, list[LanePrediction]]:
-                found = simulate(vector, data)
-                return potential_given(found, vector, layout, data), found
-
-            walled = move_walled(
-                key_walled,
-                WalledState(vector, -log_density, predicted),
-                energy_at,
-                white.walled,
-                data.tension,
-                layout,
+            return _Moving(
+                z,
+                momentum,
+                gradient,
+                jnp.where(first, energy, now.begun),
+                energy,
+                jnp.where(first, point.log_volume, now.begun_log_volume),
+                point,
             )
-            rest, predicted = walled.vector, walled.simulated
-            z = whitened(rest, white, layout, data)
-            vector, log_density = rest, -walled.energy
-        kept = Transition(
-            vector,
-            rise_along > LARGEST_RISE,
-            count,
-            acceptance,
-            begun_energy + kinetic,
-            log_density,
+
+        z = whitened(here.vector, white, layout, data)
+        momentum = jax.random.normal(key_momentum, z.shape)
+        none = jnp.zeros(())
+        point = Unbent(here.vector, none)
+        begin = _Moving(z, momentum, jnp.zeros_like(z), none, none, none, point)
+        ended = jax.lax.fori_loop(0, count + 1, leap, begin)
+        kinetic, kinetic_ended = (0.5 * one @ one for one in (momentum, ended.momentum))
+        told = _Told(
+            energy=here.energy - ended.begun_log_volume + kinetic,
+            rise=_or_infinite(ended.energy + kinetic_ended - ended.begun - kinetic),
+            steps=count,
+            acceptance=none,
         )
-        return ChainState(z, rest, predicted, state.fresh, key, adaptation), kept
+        log_odds = ended.point.log_volume - ended.begun_log_volume + kinetic - kinetic_ended
+        return _Offer(here, ended.point.vector, log_odds, told)
+
+    def iterate(
+        state: GuidedState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
+    ) -> tuple[GuidedState, Transition]:
+        key, key_moves = jax.random.split(state.key)
+        adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
+        step = jnp.where(step > 0.0, step, adapting)
+
+        # First a trajectory, then each walled entry. One loop: a program that simulates in one place
+        # compiles sooner.
+        def move(index: Array, now: tuple[_Here, _Told]) -> tuple[_Here, _Told]:
+            here, told = now
+            key_offer, key_accept = jax.random.split(jax.random.fold_in(key_moves, index))
+
+            def trajectory() -> _Offer:
+                return by_trajectory(key_offer, here, white, surrogate, data, step)
+
+            def walled() -> _Offer:
+                entry = index - 1
+                offer = offer_walled(
+                    key_offer, entry, here.vector, white.walled, data.tension, layout
+                )
+                return _Offer(here, *offer, told)
+
+            offer = jax.lax.cond(index == 0, trajectory, walled) if outer.size else trajectory()
+            found = simulate(offer.there, data)
+            there = _Here(offer.there, potential_given(found, offer.there, layout, data), found)
+            rise = _or_infinite(there.energy - offer.here.energy - offer.log_odds)
+            acceptance = jnp.exp(jnp.minimum(-rise, 0.0))
+            accepted = jax.random.uniform(key_accept) < acceptance
+            here = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), there, offer.here)
+            judged = jnp.where(index == 0, acceptance, told.acceptance)
+            return here, offer.told._replace(acceptance=judged)
+
+        none = jnp.zeros(())
+        begun = _Here(state.vector, none, state.predicted)
+        here, told = jax.lax.fori_loop(
+            0, 1 + outer.size, move, (begun, _Told(none, none, jnp.asarray(0), none))
+        )
+        adaptation = ADAPTATION[1](
+            TARGET_ACCEPTANCE - jnp.exp(jnp.minimum(-told.rise, 0.0)), state.adaptation
+        )
+        kept = Transition(
+            here.vector,
+            told.rise > LARGEST_RISE,
+            told.steps,
+            told.acceptance,
+            told.energy,
+            -here.energy,
+        )
+        return GuidedState(here.vector, here.predicted, key, adaptation), kept
 
     def advance(
-        state: ChainState,
+        state: GuidedState,
         white: Whitening,
         surrogate: Surrogate,
         data: Data,
         step: Array,
         count: Array,
-    ) -> tuple[ChainState, Transition]:
+    ) -> tuple[GuidedState, Transition]:
         """`count` iterations, at most CHUNK; what lies behind them in the result is empty.
 
         `step` is that of the leapfrog; 0 lets the chain adapt its own.

@@ -61,18 +61,12 @@ class ChainState(NamedTuple):
     """Whitened smooth entries."""
     rest: Float[Array, " n"]
     """Whole vector; only its walled and noise entries count."""
-    simulated: Any
-    """A Simulated; of trajectories along a surrogate the predictions, always those of this point."""
+    simulated: Simulated
     fresh: Bool[Array, ""]
     """Whether `simulated` is of this point."""
     key: Array
     adaptation: Any
     """Of the logarithm of the leapfrog step, by dual averaging."""
-
-    @property
-    def adapted_step(self) -> float:
-        """The step to which adaptation has come."""
-        return float(jnp.clip(jnp.exp(self.adaptation[1]), *ADAPTED_STEPS))
 
 
 class Transition(NamedTuple):
@@ -89,13 +83,16 @@ class Transition(NamedTuple):
     log_density: Float[Array, ""]
 
 
-def restart(state: ChainState, z: Float[np.ndarray, " smooth"]) -> ChainState:
-    """The chain at whitened coordinates `z`, to adapt its step anew from where adaptation has come."""
-    log_step = state.adaptation[1]
+def adapted_step(adaptation: Any) -> float:
+    """The leapfrog step to which adaptation has come."""
+    return float(jnp.clip(jnp.exp(adaptation[1]), *ADAPTED_STEPS))
+
+
+def readapting(adaptation: Any) -> Any:
+    """Adaptation begun anew from where it has come."""
+    log_step = adaptation[1]
     start, _, slope, count, _ = ADAPTATION[0](log_step)
-    adaptation = (start + log_step, log_step, slope, count, log_step)
-    stale = jnp.asarray(False)
-    return state._replace(z=jnp.asarray(z), fresh=stale, adaptation=adaptation)
+    return (start + log_step, log_step, slope, count, log_step)
 
 
 class _Trajectory(NamedTuple):
@@ -104,8 +101,7 @@ class _Trajectory(NamedTuple):
     z: Float[Array, " smooth"]
     momentum: Float[Array, " smooth"]
     rest: Float[Array, " n"]
-    simulated: Any
-    """A Simulated; of trajectories along a surrogate the predictions, always those of this point."""
+    simulated: Simulated
     fresh: Bool[Array, ""]
     """Whether `simulated` is of z."""
     evaluated: Int[Array, ""]
@@ -187,7 +183,7 @@ def kernel_of(layout: Layout) -> Kernel:
             def drawn() -> Array:
                 vector, _ = point_of(now.z, white, data, now.rest)
                 moved = move_noise(key_noise, predicted, vector, white.noise, layout, data)
-                return now.rest.at[noise].set(moved[noise])
+                return now.rest.at[noise].set(moved.vector[noise])
 
             rest = jax.lax.cond(first, drawn, lambda: now.rest)
             step, count = step_of(rest)
@@ -258,8 +254,8 @@ def kernel_of(layout: Layout) -> Kernel:
         rest, fresh = vector, accepted
         if outer.size:
 
-            def energy_at(vector: Array) -> tuple[Array, tuple[()]]:
-                return potential(vector, layout, data), ()
+            def energy_at(vector: Array) -> Array:
+                return potential(vector, layout, data)
 
             begun = WalledState(vector, -log_density)
             walled = move_walled(key_walled, begun, energy_at, white.walled, data.tension, layout)

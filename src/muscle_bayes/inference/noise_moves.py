@@ -132,9 +132,8 @@ def adapt(
     def improve(proposal: Proposal, now: tuple[Array, Array]) -> tuple[Proposal, None]:
         key, flattening = now
         points = _sample(key, proposal, ADAPTATION_DRAWS)
-        weight = jax.nn.softmax(
-            flattening * _log_weights(points, predicted, vector, proposal, layout, data)
-        )
+        weighed = _weighed(points, predicted, vector, proposal, layout, data)
+        weight = jax.nn.softmax(flattening * weighed.log_weight)
         mean = weight @ points
         away = points - mean
         # A little of the former width keeps the estimate proper while few weights dominate.
@@ -147,23 +146,40 @@ def adapt(
     return jax.lax.scan(improve, start, (jax.random.split(key, ADAPTATION_ROUNDS), rounds))[0]
 
 
-def _log_weights(
+class _Weighed(NamedTuple):
+    """Shapes of the noise, judged with the rest of the vector held."""
+
+    energy: Float[Array, " count"]
+    """Negative log density."""
+    log_weight: Float[Array, " count"]
+    """Log of target over proposal."""
+
+
+def _weighed(
     points: Float[Array, "count k"],
     predicted: list[LanePrediction],
     vector: Array,
     proposal: Proposal,
     layout: Layout,
     data: Data,
-) -> Float[Array, " count"]:
-    """Log of target over proposal at shapes `points` of the noise, the rest of the vector held."""
+) -> _Weighed:
     entries = blocks(layout).noise
 
-    def one(point: Array) -> Array:
+    def one(point: Array) -> _Weighed:
         energy = potential_given(predicted, vector.at[entries].set(entries_of(point)), layout, data)
-        return -energy - _log_density(point, proposal)
+        weight = -energy - _log_density(point, proposal)
+        return _Weighed(energy, jnp.where(jnp.isnan(weight), -jnp.inf, weight))
 
-    weights = jax.vmap(one)(points)
-    return jnp.where(jnp.isnan(weights), -jnp.inf, weights)
+    return jax.vmap(one)(points)
+
+
+class NoiseMove(NamedTuple):
+    """Where a move of the noise ends."""
+
+    vector: Float[Array, " n"]
+    """Unconstrained."""
+    energy: Float[Array, ""]
+    """Negative log density there."""
 
 
 def move_noise(
@@ -173,7 +189,7 @@ def move_noise(
     proposal: Proposal,
     layout: Layout,
     data: Data,
-) -> Float[Array, " n"]:
+) -> NoiseMove:
     """The vector with its noise entries drawn anew; `predicted` are its predictions.
 
     The present entries and CANDIDATES draws of the proposal q are weighted by target / q and one is
@@ -184,6 +200,7 @@ def move_noise(
     key_points, key_choice = jax.random.split(key)
     points = _sample(key_points, proposal, CANDIDATES)
     points = jnp.concatenate([shape_of(vector[entries])[None], points])
-    weights = _log_weights(points, predicted, vector, proposal, layout, data)
-    chosen = points[jax.random.categorical(key_choice, weights)]
-    return vector.at[entries].set(entries_of(chosen))
+    weighed = _weighed(points, predicted, vector, proposal, layout, data)
+    chosen = jax.random.categorical(key_choice, weighed.log_weight)
+    moved = vector.at[entries].set(entries_of(points[chosen]))
+    return NoiseMove(moved, weighed.energy[chosen])

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from muscle_bayes.inference.guided_kernel import guided_kernel_of
+from muscle_bayes.inference.guided_kernel import GuidedState, guided_kernel_of
 from muscle_bayes.inference.kernel import ChainState, Kernel, Transition, kernel_of
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
@@ -21,20 +21,20 @@ def _start(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainSta
 
 
 @Program
-def _start_guided(key: Array, white: Whitening, data: Data, layout: Layout) -> ChainState:
+def _start_guided(key: Array, white: Whitening, data: Data, layout: Layout) -> GuidedState:
     return guided_kernel_of(layout).start(key, white, data)
 
 
 @Program
 def _advance_guided(
-    state: ChainState,
+    state: GuidedState,
     white: Whitening,
     surrogate: Surrogate,
     data: Data,
     step: Array,
     count: Array,
     layout: Layout,
-) -> tuple[ChainState, Transition]:
+) -> tuple[GuidedState, Transition]:
     return guided_kernel_of(layout).advance(state, white, surrogate, data, step, count)
 
 
@@ -57,7 +57,7 @@ class Preparation:
         self._step, self._count = jnp.asarray(0.0), jnp.asarray(0)
         key, white = jax.random.key(0), blank(layout)
         state = jax.eval_shape(guided_kernel_of(layout).start, key, white, data)
-        surrogate = blank_surrogate(state.simulated, layout)
+        surrogate = blank_surrogate(state.predicted, layout)
         self._guided = Kernel(
             _start_guided.lower(key, white, data, layout),
             _advance_guided.lower(state, white, surrogate, data, self._step, self._count, layout),

@@ -12,12 +12,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.kernel import CHUNK, ChainState, Kernel, Transition, restart
+from muscle_bayes.inference.guided_kernel import GuidedState
+from muscle_bayes.inference.kernel import (
+    CHUNK,
+    Kernel,
+    Transition,
+    adapted_step,
+    readapting,
+)
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import predictions_at
-from muscle_bayes.inference.surrogate import first_surrogate, learned_surrogate, vector_at
+from muscle_bayes.inference.surrogate import first_surrogate, learned_surrogate
 from muscle_bayes.inference.whitening import Whitening, rewhiten, whitening
 
 MAX_RHAT = 1.01
@@ -30,10 +37,9 @@ ADAPTING = 0.0
 """Stands for the leapfrog step that every chain adapts for itself."""
 SHORTER = 1.0, 0.5, 0.25, 0.125
 """Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
-
-
-FAITHFUL = 0.5
-"""Mean acceptance of a warm-up's first stage below which the surrogate is given up."""
+FAITHFUL = 0.4
+"""Mean acceptance of a warm-up's first stage below which the surrogate is given up. That of a muscle's
+is about 0.6 there, and 0.7 once it has learned from draws."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +99,12 @@ class _Chains:
         self._pool, self._report = pool, report
         self._states = list(pool.map(self._begin, keys))
 
-    def _begin(self, key: Array) -> ChainState:
+    def _begin(self, key: Array) -> Any:
         # Worker threads do not inherit the caller's precision.
         with jax.enable_x64(True):
             return self._kernel.start(key, self._white, self._data)
 
-    def _advance(self, state: ChainState, step: float, count: int) -> tuple[ChainState, Draws]:
+    def _advance(self, state: Any, step: float, count: int) -> tuple[Any, Draws]:
         kept = []
         with jax.enable_x64(True):
             while count:
@@ -109,9 +115,7 @@ class _Chains:
                 self._report(size)
         return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
 
-    def _advanced(
-        self, state: ChainState, step: Array, count: Array
-    ) -> tuple[ChainState, Transition]:
+    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
         return self._kernel.advance(state, self._white, self._data, step, count)
 
     def advance(self, step: float, count: int) -> Draws:
@@ -124,12 +128,21 @@ class _Chains:
     def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
         """Whiten by what the chains have drawn up to now."""
         self._white, last = rewhiten(self._white, vectors, layout, self._data)
-        self._states = [restart(state, z) for state, z in zip(self._states, last, strict=True)]
+        self._states = [self._restarted(*one) for one in zip(self._states, last, strict=True)]
+
+    def _restarted(self, state: Any, z: Float[np.ndarray, " smooth"]) -> Any:
+        """The chain at whitened coordinates `z`, to adapt its step anew."""
+        return state._replace(
+            z=jnp.asarray(z),
+            fresh=jnp.asarray(False),
+            adaptation=readapting(state.adaptation),
+        )
 
     @property
     def adapted_step(self) -> float:
         """The geometric mean of the steps to which the chains have adapted."""
-        return float(np.exp(np.mean([np.log(state.adapted_step) for state in self._states])))
+        steps = [adapted_step(state.adaptation) for state in self._states]
+        return float(np.exp(np.mean(np.log(steps))))
 
 
 class _GuidedChains(_Chains):
@@ -140,17 +153,19 @@ class _GuidedChains(_Chains):
         self._surrogate = first_surrogate(key, white, layout, data)
         super().__init__(white=white, data=data, **others)
 
-    def _begin(self, key: Array) -> ChainState:
+    def _begin(self, key: Array) -> GuidedState:
         with jax.enable_x64(True):
             state = self._kernel.start(key, self._white, self._data)
-            vector = vector_at(state.z, state.rest, self._white, self._layout, self._data)
-            simulated = predictions_at(vector, self._layout, self._data)
-            return state._replace(simulated=simulated)
+            return state._replace(predicted=predictions_at(state.vector, self._layout, self._data))
 
     def _advanced(
-        self, state: ChainState, step: Array, count: Array
-    ) -> tuple[ChainState, Transition]:
+        self, state: GuidedState, step: Array, count: Array
+    ) -> tuple[GuidedState, Transition]:
         return self._kernel.advance(state, self._white, self._surrogate, self._data, step, count)
+
+    def _restarted(self, state: GuidedState, _: Float[np.ndarray, " smooth"]) -> GuidedState:
+        """The chain where it is, to adapt its step anew."""
+        return state._replace(adaptation=readapting(state.adaptation))
 
     def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
         super().rewhiten(vectors, layout)

@@ -8,13 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import unbent, unbent_smooth
+from muscle_bayes.inference.bend import unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.row_blocks import in_blocks
 from muscle_bayes.inference.whitening import Whitening, whitened
 
 POINTS = 4
@@ -86,20 +87,6 @@ def _vectors_at(
 
 
 @Program
-def vector_at(
-    z: Float[Array, " smooth"],
-    rest: Float[Array, " n"],
-    white: Whitening,
-    layout: Layout,
-    data: Data,
-) -> Float[Array, " n"]:
-    """The unconstrained vector of whitened smooth entries; of `rest`, not bent, the others are taken."""
-    inner = blocks(layout).smooth
-    point = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-    return unbent_smooth(point, white.bend, layout, data).vector
-
-
-@Program
 def _coordinates_of(
     vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
 ) -> Float[Array, "draw x"]:
@@ -115,8 +102,8 @@ def _coordinates_of(
 def first_surrogate(key: Array, white: Whitening, layout: Layout, data: Data) -> Surrogate:
     """From points as the whitening has the posterior: wide differences instead of derivatives."""
     size = blocks(layout).smooth.size
-    z = jax.random.normal(key, (POINTS * size, size))
-    return _learned(_vectors_at(z, white, layout, data), white, layout, data)
+    z = np.asarray(jax.random.normal(key, (POINTS * size, size)))
+    return _learned(in_blocks(_vectors_at, z, white, layout, data), white, layout, data)
 
 
 def learned_surrogate(
@@ -124,12 +111,12 @@ def learned_surrogate(
 ) -> Surrogate:
     """From draws of the posterior, at most MOST_POINTS of them."""
     chosen = np.linspace(0, len(vectors) - 1, min(MOST_POINTS, len(vectors))).astype(int)
-    return _learned(jnp.asarray(vectors[chosen]), white, layout, data)
+    return _learned(vectors[chosen], white, layout, data)
 
 
 def _learned(
-    vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
+    vectors: Float[np.ndarray, "draw n"], white: Whitening, layout: Layout, data: Data
 ) -> Surrogate:
-    x = np.asarray(_coordinates_of(vectors, white, layout, data))
+    x = in_blocks(_coordinates_of, vectors, white, layout, data)
     predicted = [jax.device_get(predictions_at(one, layout, data)) for one in vectors]
     return surrogate_of(x, predicted)

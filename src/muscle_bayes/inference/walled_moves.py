@@ -1,7 +1,7 @@
 """Metropolis moves of the springs' minimum forces, whose posterior ends in walls."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -109,6 +109,15 @@ class WalledProposal(NamedTuple):
     table: Table
 
 
+class WalledOffer(NamedTuple):
+    """A vector to move to."""
+
+    vector: Float[Array, " n"]
+    """Unconstrained."""
+    log_odds: Float[Array, ""]
+    """Log density of the way back over that of the way there."""
+
+
 class WalledState(NamedTuple):
     """What the moves change."""
 
@@ -116,8 +125,6 @@ class WalledState(NamedTuple):
     """Unconstrained."""
     energy: Float[Array, ""]
     """Negative log density of the vector."""
-    simulated: Any = ()
-    """What the energy was found from; goes along."""
 
 
 def _place(layout: Layout, name: str) -> int:
@@ -126,58 +133,66 @@ def _place(layout: Layout, name: str) -> int:
     return int(np.cumsum([0, *sizes])[[known for known, _ in layout.shapes].index(name)])
 
 
-def move_walled(
+def offer_walled(
     key: Array,
-    state: WalledState,
-    energy_at: Callable[[Array], tuple[Array, Any]],
+    which: Array,
+    vector: Float[Array, " n"],
     proposal: WalledProposal,
     tension: Float[Array, ""],
     layout: Layout,
-) -> WalledState:
-    """A proposal for each walled entry, from its table or local; neither needs a gradient.
+) -> WalledOffer:
+    """A proposal for the walled entry `which`, from its table or local; neither needs a gradient.
 
     A plain proposal moves a minimum force F alone: under `tension` [N], to which it refers,
     taut_strain holds the muscle's length. A sheared one also moves taut_strain, so that C stays: that
     holds the length where the spring is slack. One that carries friction along keeps D / F of MODULUS:
     shut, it stretches by 2 D / F of STRAIN_EPSILON where motion turns, and readings tell that alone.
     Both keep volume, so all are symmetric. A draw from the table is plain, and long: it is weighed by
-    the table's density (independence sampler). `energy_at(vector)` returns the energy, and what the
-    state keeps as `simulated`.
+    the table's density (independence sampler).
     """
-    stride, table = proposal
     walled = blocks(layout).walled
     taut, friction = _place(layout, "taut_strain"), _place(layout, "D")
     names = [name for name, _ in layout.shapes if name in WALLED]
     stiffness = jnp.asarray([_place(layout, SPRINGS[name]) for name in names])
     shuts = jnp.asarray([name == CARRYING for name in names])
-    key_draw, key_step, key_accept, key_reach, key_shear, key_kind, key_carry = jax.random.split(
-        key, 7
-    )
-    count = walled.size
-    steps = jax.random.normal(key_step, (count,))
+    key_draw, key_step, key_kind = jax.random.split(key, 3)
+    carrying, tabling, shearing, reach = jax.random.uniform(key_kind, (4,))
+    carries = shuts[which] & (carrying < CARRIED)
+    tabled = ~carries & (tabling < TABLED)
+    shears = ~carries & ~tabled & (shearing < 0.5)
+    longest = jnp.where(carries, REACH, proposal.stride[which])
     # Long and short proposals: a wall near or far from here is reached by either.
-    steps = steps * 10.0 ** -jax.random.uniform(key_reach, (count,))
-    chances = jnp.log(jax.random.uniform(key_accept, (count,)))
-    carries = jax.random.bernoulli(key_carry, CARRIED, (count,)) & shuts
-    tabled = jax.random.bernoulli(key_kind, TABLED, (count,)) & ~carries
-    shears = jax.random.bernoulli(key_shear, 0.5, (count,)) & ~carries & ~tabled
-    steps = steps * jnp.where(carries, REACH, stride)
+    step = longest * jax.random.normal(key_step) * 10.0**-reach
+    entry = jnp.asarray(walled)[which]
+    before = vector[entry]
+    after = jnp.where(tabled, proposal.table.draw(key_draw, which), before + step)
+    stiff = jnp.exp(vector[stiffness[which]])
+    strains = tensile_strain(tension, stiff, jnp.exp(jnp.stack([before, after])))
+    moved = vector.at[entry].set(after)
+    moved = moved.at[taut].add(shears * (strains[1] - strains[0]))
+    moved = moved.at[friction].add(carries * (after - before))
+    table = proposal.table
+    back = table.log_density(which, before) - table.log_density(which, after)
+    return WalledOffer(moved, jnp.where(tabled, back, 0.0))
 
-    def propose(state: WalledState, now: tuple[Array, ...]) -> tuple[WalledState, None]:
-        key, which, tabled, step, chance, shear, carry = now
-        entry = jnp.asarray(walled)[which]
-        before = state.vector[entry]
-        after = jnp.where(tabled, table.draw(key, which), before + step)
-        stiff = jnp.exp(state.vector[stiffness[which]])
-        strains = tensile_strain(tension, stiff, jnp.exp(jnp.stack([before, after])))
-        vector = state.vector.at[entry].set(after)
-        vector = vector.at[taut].add(shear * (strains[1] - strains[0]))
-        vector = vector.at[friction].add(carry * (after - before))
-        trial = WalledState(vector, *energy_at(vector))
-        back = table.log_density(which, before) - table.log_density(which, after)
-        accept = chance < state.energy - trial.energy + jnp.where(tabled, back, 0.0)
+
+def move_walled(
+    key: Array,
+    state: WalledState,
+    energy_at: Callable[[Array], Array],
+    proposal: WalledProposal,
+    tension: Float[Array, ""],
+    layout: Layout,
+) -> WalledState:
+    """A proposal for each walled entry in turn, accepted by the energy."""
+
+    def propose(state: WalledState, now: tuple[Array, Array]) -> tuple[WalledState, None]:
+        key_offer, key_accept = jax.random.split(now[0])
+        offer = offer_walled(key_offer, now[1], state.vector, proposal, tension, layout)
+        trial = WalledState(offer.vector, energy_at(offer.vector))
+        chance = jnp.log(jax.random.uniform(key_accept))
+        accept = chance < state.energy - trial.energy + offer.log_odds
         return jax.tree.map(lambda a, b: jnp.where(accept, a, b), trial, state), None
 
-    draws = jax.random.split(key_draw, count)
-    each = draws, jnp.arange(count), tabled, steps, chances, shears, carries
-    return jax.lax.scan(propose, state, each)[0]
+    count = blocks(layout).walled.size
+    return jax.lax.scan(propose, state, (jax.random.split(key, count), jnp.arange(count)))[0]

@@ -28,6 +28,7 @@ from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import potential_at, predictions_at
+from muscle_bayes.inference.row_blocks import in_blocks
 from muscle_bayes.inference.walled_moves import Table, WalledProposal, tabulate
 
 TRUST = 20.0
@@ -99,7 +100,9 @@ def _at_mode(
 ) -> tuple[Array, Float[np.ndarray, "n n"], Float[np.ndarray, "smooth smooth"]]:
     """Bent coordinates of the mode, Fisher information in them, and covariance of the smooth ones."""
     inner = blocks(layout).smooth
-    centre = _bent_draws(mode.vector[None], bend, layout, data)[0]
+    centre = jnp.asarray(
+        in_blocks(_bent_draws, np.asarray(mode.vector)[None], bend, layout, data)[0]
+    )
     turn = _turn(centre, bend, layout, data)
     information = np.asarray(turn.T @ mode.information @ turn)
     return centre, information, np.linalg.inv(information[np.ix_(inner, inner)])
@@ -155,7 +158,7 @@ def rewhiten(
     pooled = vectors.reshape(-1, vectors.shape[-1])
     bend = _bend_of_draws(pooled, layout, data)
     before, after = (
-        np.asarray(_bent_draws(pooled, one, layout, data))[:, inner] for one in (white.bend, bend)
+        in_blocks(_bent_draws, pooled, one, layout, data)[:, inner] for one in (white.bend, bend)
     )
     # Rows whose coordinate has changed.
     stretch = after.std(axis=0) / before.std(axis=0)
@@ -170,7 +173,7 @@ def rewhiten(
     trust = TRUST * inner.size
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
     factor = factor * scale @ np.linalg.cholesky(covariance)
-    last = whitened(np.asarray(_bent_draws(vectors[:, -1], bend, layout, data))[:, inner])
+    last = whitened(after.reshape(*vectors.shape[:2], inner.size)[:, -1])
     whole = np.array(white.centre)
     whole[inner] = centre
     fresh = white._replace(
