@@ -87,10 +87,12 @@ class _Moving(NamedTuple):
     momentum: Float[Array, " smooth"]
     gradient: Float[Array, " smooth"]
     begun: Float[Array, ""]
-    """Energy by the surrogate at the start, and at the last point:"""
+    """Energy by the surrogate at the start."""
     energy: Float[Array, ""]
+    """The same here."""
     begun_log_volume: Float[Array, ""]
     point: Unbent
+    """What z stands for."""
 
 
 @lru_cache(maxsize=32)
