@@ -11,9 +11,10 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import FrictionScale
 from muscle_bayes.inference.bend_hyst import starts
-from muscle_bayes.inference.bend_sizes import Sizes, sizes_of_draws
+from muscle_bayes.inference.bend_sizes import POWERS, Sizes, sizes_of_draws
 from muscle_bayes.inference.bend_stiffness import bent_stiffness, unbent_stiffness
 from muscle_bayes.inference.bend_walls import bent_walls, unbent_walls
+from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unbent_rows, unscaled_rows
 from muscle_bayes.inference.density import constrain, unconstrain
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
@@ -54,6 +55,37 @@ def test_bending_is_undone_and_its_volume_is_that_of_the_jacobian(staircases, se
     sign, log_volume = np.linalg.slogdet(jacobian)
     assert sign == 1.0
     np.testing.assert_allclose(back.log_volume, log_volume, rtol=1e-9, atol=1e-9)
+
+
+def test_many_points_are_bent_as_one_is(staircases):
+    layout, data = staircases.layout, staircases.data
+    vectors = np.stack([draw(staircases, seed) for seed in range(3)])
+    points = bent_rows(vectors, BEND, layout, data)
+    for point, vector in zip(points, vectors, strict=True):
+        one = bent(jnp.asarray(vector), BEND, layout, data)
+        np.testing.assert_allclose(point, one, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(unbent_rows(points, BEND, layout, data), vectors, rtol=1e-9)
+    turn = jax.jacfwd(lambda point: unbent(point, BEND, layout, data).vector)(
+        jnp.asarray(points[0])
+    )
+    np.testing.assert_allclose(turn_at(points[0], BEND, layout, data), turn, rtol=1e-9, atol=1e-9)
+
+
+def test_scales_are_told_where_sizes_are_logarithms(staircases):
+    """Where sizes are far below their errors, bent coordinates are these logarithms."""
+    layout, data = staircases.layout, staircases.data
+    vector = draw(staircases, 1)
+    coarse = BEND._replace(sizes=Sizes.blank(layout))
+    there = bent(vector, coarse, layout, data)
+    found = unscaled_rows(vector[None], layout, data)
+    for name, power in POWERS.items():
+        at = starts(layout)[name]
+        log_size = there[at] + np.log(coarse.sizes.error[0])
+        np.testing.assert_allclose(power * found.logs[0, at], log_size, atol=1e-6)
+    # D = error reference log(1 + exp(x))
+    x = there[starts(layout)["D"]]
+    log_d = np.log(BEND.friction.error) + found.log_reference[0] + np.log(np.logaddexp(0.0, x))
+    np.testing.assert_allclose(log_d, vector[starts(layout)["D"]], rtol=1e-9)
 
 
 def test_the_ridge_of_a_slow_hyst_is_straight(staircases):
@@ -119,7 +151,7 @@ def test_sizes_are_told_by_draws(staircases):
     logs = np.zeros((4000, sum(int(np.prod(shape)) for _, shape in layout.shapes)))
     logs[:, at["modulus"]] = -np.log(2.0 + 0.01 * rng.standard_normal(4000))
     logs[:, at["contraction"]] = np.log(0.1) + 0.05 * rng.standard_normal(4000)
-    sizes = sizes_of_draws(jnp.asarray(logs), layout)
+    sizes = sizes_of_draws(logs, layout)
     np.testing.assert_allclose(sizes.error, [0.0, 0.005, 0.01, 0.0], rtol=0.05, atol=1e-12)
     np.testing.assert_allclose(sizes.contraction, np.log(0.1), atol=5e-3)
     assert sizes.known == 1.0

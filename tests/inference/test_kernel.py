@@ -28,7 +28,7 @@ def test_the_simulation_taken_over_is_that_of_the_chains_point(name: str):
     layout, data = problem.layout, problem.data
     kernel = prepare(layout, data).kernel
     mode = find_mode(jax.random.key(0), layout, data)
-    white = whitening(jax.random.key(1), mode, layout, data)
+    white = whitening(mode, layout, data)
     begun = kernel.start(jax.random.key(2), white, data)
     adapting, one = jnp.asarray(0.0), jnp.asarray(1)
     together, rows = kernel.advance(begun, white, data, adapting, jnp.asarray(ITERATIONS))

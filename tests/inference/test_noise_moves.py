@@ -11,7 +11,14 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import predictions
-from muscle_bayes.inference.noise_moves import Proposal, entries_of, move_noise, shape_of
+from muscle_bayes.inference.noise_moves import (
+    WIDENING,
+    Proposal,
+    entries_of,
+    move_noise,
+    proposal_at_mode,
+    shape_of,
+)
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
@@ -26,6 +33,21 @@ def test_shape_is_a_bijection_of_constant_volume():
     for at in (entries, entries + jnp.array([3.0, -1.0, 0.0, -2.0, 4.0, 1.0])):
         slope = jax.jacfwd(shape_of)(at)
         np.testing.assert_allclose(np.abs(np.linalg.det(slope)), 4.0, rtol=1e-10)
+
+
+@double_precision
+def test_the_first_proposal_is_as_wide_as_the_information_says():
+    """Of well-told entries: draws, taken back, have WIDENING times their standard deviations."""
+    entries = np.array([-1.0, -0.5, 0.3])
+    random = np.random.default_rng(0)
+    mixing = 1e-3 * random.normal(size=(3, 3))
+    proposal = proposal_at_mode(entries, np.linalg.inv(mixing @ mixing.T))
+    kicks = random.normal(size=(200_000, 3))
+    points = proposal.centre + kicks @ np.asarray(proposal.factor).T
+    drawn = np.asarray(jax.vmap(entries_of)(points))
+    np.testing.assert_allclose(drawn.mean(axis=0), entries, atol=1e-4)
+    covariance = WIDENING**2 * mixing @ mixing.T
+    np.testing.assert_allclose(np.cov(drawn.T), covariance, atol=0.02 * covariance.max())
 
 
 @pytest.fixture(scope="module")

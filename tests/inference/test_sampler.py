@@ -60,7 +60,7 @@ def test_whitening_learns_the_covariance_of_draws_and_leaves_chains_where_they_a
     problem, mode = spring
     layout, data = problem.layout, problem.data
     inner = blocks(layout).smooth
-    white = whitening(jax.random.key(1), mode, layout, data)
+    white = whitening(mode, layout, data)
     random = np.random.default_rng(1)
     mixing = np.diag([3.0, 0.5, 1.0, 2.0])
     mixing[0, 1] = 0.4

@@ -35,15 +35,11 @@ def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> 
     return Unbent(vector, volume + walls_volume)
 
 
-def logs_of(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
-    """The smooth coordinates of a vector before sizes take the place of their logarithms."""
-    loose = bent_friction(vector, bend.friction, layout, data)
-    return bent_hyst(bent_stiffness(loose, layout, data), layout, data)
-
-
 def bent_smooth(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
     """Inverse of `unbent_smooth`."""
-    return bent_sizes(logs_of(vector, bend, layout, data), bend.sizes, layout)
+    loose = bent_friction(vector, bend.friction, layout, data)
+    logs = bent_hyst(bent_stiffness(loose, layout, data), layout, data)
+    return bent_sizes(logs, bend.sizes, layout)
 
 
 def bent(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Float[Array, " n"]:

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -11,7 +10,6 @@ from jaxtyping import Array, Float
 from muscle_bayes.inference.bend_hyst import TIME, Unbent, durations, starts
 from muscle_bayes.inference.log_softplus import log_softplus, log_softplus_slope, softplus_inverse
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.program import Program
 
 FRICTION, STIFFNESS = "D", "stiffness_hyst"
 LOOSE = 0.2
@@ -36,7 +34,7 @@ def place_of_friction(layout: Layout) -> int:
     return starts(layout)[FRICTION]
 
 
-def _log_reference(vector: Array, layout: Layout, data: Data) -> Float[Array, ""]:
+def log_reference(vector: Array, layout: Layout, data: Data) -> Float[Array, ""]:
     """Log of the friction that alters the strain to which HYST creeps in the longest record by 1.
 
     stiffness_hyst / (1 - exp(-duration / time constant)); without a muscle 1.
@@ -49,19 +47,17 @@ def _log_reference(vector: Array, layout: Layout, data: Data) -> Float[Array, ""
     return vector[at[STIFFNESS]] - jnp.log(share)
 
 
-@Program
-def _reference_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
-    return _log_reference(vector, layout, data)
-
-
 def scale_at_mode(
-    energy_of: Callable[[Array], float], mode: Float[Array, " n"], layout: Layout, data: Data
+    energy_of: Callable[[Array], float],
+    mode: Float[Array, " n"],
+    reference: float,
+    layout: Layout,
 ) -> FrictionScale:
     """The scale with which the data tell D, given the rest of the mode.
 
     Half of what D must grow for the negative log density `energy_of` to rise by 2, as a normal
     density does at two standard deviations. Found even where the most probable D shows no effect, of
-    which the Fisher information there tells nothing.
+    which the Fisher information there tells nothing. `reference` is its `log_reference`.
     """
     place = place_of_friction(layout)
     least, log_d = energy_of(mode), float(mode[place])
@@ -80,16 +76,17 @@ def scale_at_mode(
         low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
     log_error = high - np.log(2.0)
     creep = float(log_error - log_d > np.log(LOOSE))
-    log_error -= creep * float(_reference_at(mode, layout, data))
+    log_error -= creep * reference
     return FrictionScale(jnp.asarray(np.exp(log_error)), jnp.asarray(creep))
 
 
-def scale_of_draws(vectors: Float[Array, "draw n"], layout: Layout, data: Data) -> FrictionScale:
-    """The scale of what draws tell of D."""
-    log_d = vectors[:, place_of_friction(layout)]
-    creep = jnp.where(log_d.std() > LOOSE, 1.0, 0.0)
-    reference = jax.vmap(lambda vector: _log_reference(vector, layout, data))(vectors)
-    return FrictionScale(jnp.exp(log_d - creep * reference).std(), creep)
+def scale_of_draws(
+    log_d: Float[np.ndarray, " draw"], reference: Float[np.ndarray, " draw"]
+) -> FrictionScale:
+    """The scale of what draws tell of D; `reference` is the `log_reference` of each."""
+    creep = float(log_d.std() > LOOSE)
+    error = np.exp(log_d - creep * reference).std()
+    return FrictionScale(jnp.asarray(error), jnp.asarray(creep))
 
 
 def unbent_friction(
@@ -104,7 +101,7 @@ def unbent_friction(
     """
     place = place_of_friction(layout)
     x = bent[place]
-    log_unit = jnp.log(scale.error) + scale.creep * _log_reference(bent, layout, data)
+    log_unit = jnp.log(scale.error) + scale.creep * log_reference(bent, layout, data)
     return Unbent(bent.at[place].set(log_unit + log_softplus(x)), log_softplus_slope(x))
 
 
@@ -113,5 +110,5 @@ def bent_friction(
 ) -> Float[Array, " n"]:
     """Inverse of `unbent_friction`."""
     place = place_of_friction(layout)
-    log_unit = jnp.log(scale.error) + scale.creep * _log_reference(vector, layout, data)
+    log_unit = jnp.log(scale.error) + scale.creep * log_reference(vector, layout, data)
     return vector.at[place].set(softplus_inverse(vector[place] - log_unit))

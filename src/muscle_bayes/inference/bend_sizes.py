@@ -43,28 +43,31 @@ def _powers(layout: Layout) -> np.ndarray:
     return np.array([power for name, power in POWERS.items() if name in at])
 
 
-def sizes_of(
-    typical: Float[Array, " n"], spread: Float[Array, " n"], error: Array, layout: Layout
+def _sizes_of(
+    typical: Float[np.ndarray, " n"],
+    spread: Float[np.ndarray, " n"],
+    error: Float[np.ndarray, " size"],
+    layout: Layout,
 ) -> Sizes:
     """Sizes with these errors; contraction by its typical logarithm and that's standard deviation."""
-    at = starts(layout)
-    if CONTRACTION not in at:
-        return Sizes(error, jnp.zeros(()), jnp.zeros(()))
-    place = at[CONTRACTION]
-    return Sizes(error, typical[place], jnp.where(spread[place] < KNOWN, 1.0, 0.0))
+    place = starts(layout).get(CONTRACTION)
+    told = (0.0, 0.0) if place is None else (typical[place], float(spread[place] < KNOWN))
+    return Sizes(jnp.asarray(error), *map(jnp.asarray, told))
 
 
-def sizes_at_mode(mode: Float[Array, " n"], spread: Float[Array, " n"], layout: Layout) -> Sizes:
+def sizes_at_mode(
+    mode: Float[np.ndarray, " n"], spread: Float[np.ndarray, " n"], layout: Layout
+) -> Sizes:
     """Sizes from a most probable vector of logarithms and their standard deviations."""
     places = _places(layout)
-    size = jnp.exp(_powers(layout) * mode[places])
-    return sizes_of(mode, spread, size * jnp.minimum(spread[places], 1.0), layout)
+    size = np.exp(_powers(layout) * mode[places])
+    return _sizes_of(mode, spread, size * np.minimum(spread[places], 1.0), layout)
 
 
-def sizes_of_draws(vectors: Float[Array, "draw n"], layout: Layout) -> Sizes:
+def sizes_of_draws(vectors: Float[np.ndarray, "draw n"], layout: Layout) -> Sizes:
     """Sizes from draws of vectors of logarithms."""
-    error = jnp.exp(_powers(layout) * vectors[:, _places(layout)]).std(axis=0)
-    return sizes_of(vectors.mean(axis=0), vectors.std(axis=0), error, layout)
+    error = np.exp(_powers(layout) * vectors[:, _places(layout)]).std(axis=0)
+    return _sizes_of(vectors.mean(axis=0), vectors.std(axis=0), error, layout)
 
 
 def _log_ratio(vector: Array, sizes: Sizes, layout: Layout) -> Float[Array, ""]:

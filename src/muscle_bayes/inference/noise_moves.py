@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.blocks import blocks
@@ -15,10 +16,9 @@ from muscle_bayes.inference.program import Program
 FREEDOM = 5
 """Degrees of freedom of the proposal: tails heavier than the target's."""
 WIDENING = 1.3
-"""Factor on the standard deviations of the adapted proposal: too wide costs little, too narrow much."""
+"""Factor on the standard deviations of what was learned: too wide costs little, too narrow much."""
 WIDE, WIDE_SHARE = 4.0, 0.2
-"""Scale and share of the proposal's wide part, for tails that the adaptation has not seen."""
-ADAPTATION_ROUNDS, ADAPTATION_DRAWS = 6, 256
+"""Scale and share of the proposal's wide part, for tails that were not seen."""
 CANDIDATES = 32
 """Proposals per move."""
 
@@ -115,35 +115,20 @@ def disperse(key: Array, vector: Array, proposal: Proposal, layout: Layout) -> F
 
 
 @Program
-def adapt(
-    key: Array,
-    predicted: list[LanePrediction],
-    vector: Array,
-    spread: Float[Array, " k"],
-    layout: Layout,
-    data: Data,
+def _shape_and_turn(
+    entries: Float[Array, " k"],
+) -> tuple[Float[Array, " k"], Float[Array, "k k"]]:
+    shape = shape_of(entries)
+    return shape, jax.jacfwd(entries_of)(shape)
+
+
+def proposal_at_mode(
+    entries: Float[np.ndarray, " k"], information: Float[np.ndarray, "k k"]
 ) -> Proposal:
-    """A proposal fitted to the noise parameters' density at `vector` by adaptive importance sampling.
-
-    `predicted` are the predictions at the vector. Starts from standard deviations `spread` around
-    the vector's own entries.
-    """
-
-    def improve(proposal: Proposal, now: tuple[Array, Array]) -> tuple[Proposal, None]:
-        key, flattening = now
-        points = _sample(key, proposal, ADAPTATION_DRAWS)
-        weighed = _weighed(points, predicted, vector, proposal, layout, data)
-        weight = jax.nn.softmax(flattening * weighed.log_weight)
-        mean = weight @ points
-        away = points - mean
-        # A little of the former width keeps the estimate proper while few weights dominate.
-        covariance = (weight[:, None] * away).T @ away
-        covariance = WIDENING**2 * covariance + 1e-2 * proposal.factor @ proposal.factor.T
-        return Proposal(mean, jnp.linalg.cholesky(covariance)), None
-
-    start = Proposal(shape_of(vector[blocks(layout).noise]), jnp.diag(spread))
-    rounds = jnp.linspace(0.3, 1.0, ADAPTATION_ROUNDS)
-    return jax.lax.scan(improve, start, (jax.random.split(key, ADAPTATION_ROUNDS), rounds))[0]
+    """The proposal from the most probable noise entries and their Fisher information, the rest given."""
+    shape, turn = map(np.asarray, _shape_and_turn(jnp.asarray(entries)))
+    covariance = WIDENING**2 * np.linalg.inv(turn.T @ information @ turn)
+    return Proposal(jnp.asarray(shape), jnp.asarray(np.linalg.cholesky(covariance)))
 
 
 class _Weighed(NamedTuple):

@@ -192,7 +192,7 @@ def draw(
     shorter steps; those of the shortest are returned as they are. `preparation` is that of the layout
     and the data. `report(done, total)` is told of every CHUNK of iterations that a chain has done.
     """
-    white = whitening(jax.random.fold_in(key, effort.chains), mode, layout, data)
+    white = whitening(mode, layout, data)
     stage = effort.warmup // STAGES
     done, total = 0, effort.chains * (STAGES * stage + effort.draws)
 
@@ -207,7 +207,7 @@ def draw(
     with ThreadPoolExecutor(workers) as pool:
         keys = [jax.random.fold_in(key, index) for index in range(effort.chains)]
         chains: _Chains = _GuidedChains(
-            jax.random.fold_in(key, effort.chains + 1),
+            jax.random.fold_in(key, effort.chains),
             layout,
             white,
             data,

@@ -8,15 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import unbent
-from muscle_bayes.inference.bend_walls import bent_walls
+from muscle_bayes.inference.bent_rows import bent_rows, unbent_rows
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import predictions_at
-from muscle_bayes.inference.row_blocks import in_blocks
-from muscle_bayes.inference.whitening import Whitening, whitened
+from muscle_bayes.inference.whitening import Whitening
 
 POINTS = 4
 """Simulations per coordinate from which the slopes are first told."""
@@ -73,37 +70,13 @@ def surrogate_of(
     return Surrogate(jax.tree.unflatten(structure, middle), jax.tree.unflatten(structure, slope))
 
 
-@Program
-def _vectors_at(
-    z: Float[Array, "point smooth"], white: Whitening, layout: Layout, data: Data
-) -> Float[Array, "point n"]:
-    inner = blocks(layout).smooth
-
-    def one(z: Array) -> Array:
-        point = white.centre.at[inner].set(white.centre[inner] + white.factor @ z)
-        return unbent(point, white.bend, layout, data).vector
-
-    return jax.vmap(one)(z)
-
-
-@Program
-def _coordinates_of(
-    vectors: Float[Array, "draw n"], white: Whitening, layout: Layout, data: Data
-) -> Float[Array, "draw x"]:
-    outer = blocks(layout).walled
-
-    def one(vector: Array) -> Array:
-        away = bent_walls(vector, layout, data)[outer] - white.centre[outer]
-        return jnp.concatenate([whitened(vector, white, layout, data), away])
-
-    return jax.vmap(one)(vectors)
-
-
 def first_surrogate(key: Array, white: Whitening, layout: Layout, data: Data) -> Surrogate:
     """From points as the whitening has the posterior: wide differences instead of derivatives."""
-    size = blocks(layout).smooth.size
-    z = np.asarray(jax.random.normal(key, (POINTS * size, size)))
-    return _learned(in_blocks(_vectors_at, z, white, layout, data), white, layout, data)
+    inner = blocks(layout).smooth
+    z = np.asarray(jax.random.normal(key, (POINTS * inner.size, inner.size)))
+    points = np.tile(np.asarray(white.centre), (len(z), 1))
+    points[:, inner] += z @ np.asarray(white.factor).T
+    return _learned(unbent_rows(points, white.bend, layout, data), white, layout, data)
 
 
 def learned_surrogate(
@@ -117,6 +90,8 @@ def learned_surrogate(
 def _learned(
     vectors: Float[np.ndarray, "draw n"], white: Whitening, layout: Layout, data: Data
 ) -> Surrogate:
-    x = in_blocks(_coordinates_of, vectors, white, layout, data)
+    inner, outer, _ = blocks(layout)
+    away = bent_rows(vectors, white.bend, layout, data) - np.asarray(white.centre)
+    z = np.linalg.solve(np.asarray(white.factor), away[:, inner].T).T
     predicted = [jax.device_get(predictions_at(one, layout, data)) for one in vectors]
-    return surrogate_of(x, predicted)
+    return surrogate_of(np.hstack([z, away[:, outer]]), predicted)

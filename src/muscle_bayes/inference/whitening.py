@@ -8,33 +8,32 @@ import numpy as np
 from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import Bend, bent, bent_smooth, logs_of, unbent
+from muscle_bayes.inference.bend import Bend, bent_smooth
 from muscle_bayes.inference.bend_friction import (
     FrictionScale,
+    place_of_friction,
     scale_at_mode,
     scale_of_draws,
 )
 from muscle_bayes.inference.bend_sizes import Sizes, sizes_at_mode, sizes_of_draws
+from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unscaled_rows
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.noise_moves import (
     Proposal,
-    adapt,
-    entries_of,
     lasting_misfit,
+    proposal_at_mode,
     reading_spacing,
     refit,
 )
 from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
-from muscle_bayes.inference.programs import potential_at, predictions_at
+from muscle_bayes.inference.programs import potential_at
 from muscle_bayes.inference.row_blocks import in_blocks
 from muscle_bayes.inference.walled_moves import Table, WalledProposal, tabulate
 
 TRUST = 20.0
 """Draws that the whitening at the mode counts for when it is rescaled."""
-NOISE_SPREAD = 0.7
-"""Standard deviation of the unconstrained noise parameters from which their proposal is adapted."""
 
 
 class Whitening(NamedTuple):
@@ -59,78 +58,62 @@ def whitened(
 
 
 @Program
-def _bent_draws(vectors: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "draw n"]:
-    return jax.vmap(lambda vector: bent(vector, bend, layout, data))(vectors)
-
-
-@Program
-def _bend_of_draws(draws: Float[Array, "draw n"], layout: Layout, data: Data) -> Bend:
-    bend = Bend(scale_of_draws(draws, layout, data), Sizes.blank(layout))
-    logs = jax.vmap(lambda vector: logs_of(vector, bend, layout, data))(draws)
-    return bend._replace(sizes=sizes_of_draws(logs, layout))
-
-
-@Program
-def _typical_misfit(
-    noise: Float[Array, "draw k"], layout: Layout, data: Data
-) -> Float[Array, " regime"]:
+def _misfits(
+    noise: Float[Array, "row k"], layout: Layout, data: Data
+) -> Float[Array, "row regime"]:
     spacing = reading_spacing(layout, data)
-    return jnp.median(jax.vmap(lambda entries: lasting_misfit(entries, spacing))(noise), axis=0)
+    return jax.vmap(lambda entries: lasting_misfit(entries, spacing))(noise)
 
 
-_entries_of, _refit = Program(entries_of), Program(refit)
+def _typical_misfit(
+    noise: Float[np.ndarray, "row k"], layout: Layout, data: Data
+) -> Float[Array, " regime"]:
+    return jnp.asarray(np.median(in_blocks(_misfits, noise, layout, data), axis=0))
 
 
-@Program
-def _turn(centre: Array, bend: Bend, layout: Layout, data: Data) -> Float[Array, "n n"]:
-    """Derivative of the unconstrained vector in bent coordinates."""
-    return jax.jacfwd(lambda point: unbent(point, bend, layout, data).vector)(centre)
+_refit = Program(refit)
 
 
-@Program
-def _logs(vector: Array, bend: Bend, layout: Layout, data: Data) -> Array:
-    return logs_of(vector, bend, layout, data)
+class _Bent(NamedTuple):
+    """A most probable point in bent coordinates."""
+
+    centre: Float[np.ndarray, " n"]
+    information: Float[np.ndarray, "n n"]
+    """Fisher information in them."""
+    covariance: Float[np.ndarray, "smooth smooth"]
+    """Of the smooth entries, the others given."""
 
 
-_sizes_at_mode = Program(sizes_at_mode)
-
-
-def _at_mode(
-    mode: Mode, bend: Bend, layout: Layout, data: Data
-) -> tuple[Array, Float[np.ndarray, "n n"], Float[np.ndarray, "smooth smooth"]]:
-    """Bent coordinates of the mode, Fisher information in them, and covariance of the smooth ones."""
+def _at_mode(mode: Mode, bend: Bend, layout: Layout, data: Data) -> _Bent:
     inner = blocks(layout).smooth
-    centre = jnp.asarray(
-        in_blocks(_bent_draws, np.asarray(mode.vector)[None], bend, layout, data)[0]
-    )
-    turn = _turn(centre, bend, layout, data)
-    information = np.asarray(turn.T @ mode.information @ turn)
-    return centre, information, np.linalg.inv(information[np.ix_(inner, inner)])
+    centre = bent_rows(np.asarray(mode.vector)[None], bend, layout, data)[0]
+    turn = turn_at(centre, bend, layout, data)
+    information = turn.T @ np.asarray(mode.information) @ turn
+    return _Bent(centre, information, np.linalg.inv(information[np.ix_(inner, inner)]))
 
 
-def whitening(key: Array, mode: Mode, layout: Layout, data: Data) -> Whitening:
+def whitening(mode: Mode, layout: Layout, data: Data) -> Whitening:
     """Whitening by the Fisher information at the mode, given the walled and the noise entries."""
     inner, outer, noise = blocks(layout)
+    vector = np.asarray(mode.vector)
 
     def energy_of(vector: Array) -> float:
         return potential_at(vector, layout, data)
 
-    friction = scale_at_mode(energy_of, mode.vector, layout, data)
+    references, logs = unscaled_rows(vector[None], layout, data)
+    friction = scale_at_mode(energy_of, mode.vector, float(references[0]), layout)
     bend = Bend(friction, Sizes.blank(layout))
-    _, _, covariance = _at_mode(mode, bend, layout, data)
-    spread = np.ones(mode.vector.size)
-    spread[inner] = np.sqrt(np.diag(covariance))
-    logs = _logs(mode.vector, bend, layout, data)
-    bend = bend._replace(sizes=_sizes_at_mode(logs, spread, layout))
+    spread = np.ones(vector.size)
+    spread[inner] = np.sqrt(np.diag(_at_mode(mode, bend, layout, data).covariance))
+    bend = bend._replace(sizes=sizes_at_mode(logs[0], spread, layout))
     centre, information, covariance = _at_mode(mode, bend, layout, data)
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T))
     stride = 2.4 / np.sqrt(np.diag(information)[outer])
-    predicted = predictions_at(mode.vector, layout, data)
-    proposal = adapt(key, predicted, mode.vector, NOISE_SPREAD * jnp.ones(noise.size), layout, data)
-    misfit = _typical_misfit(_entries_of(proposal.centre)[None], layout, data)
+    proposal = proposal_at_mode(vector[noise], np.asarray(mode.information)[np.ix_(noise, noise)])
+    misfit = _typical_misfit(vector[noise][None], layout, data)
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(centre, jnp.asarray(factor), bend, walled, proposal, misfit)
+    return Whitening(jnp.asarray(centre), jnp.asarray(factor), bend, walled, proposal, misfit)
 
 
 def blank(layout: Layout) -> Whitening:
@@ -156,10 +139,10 @@ def rewhiten(
     """
     inner, _, noise = blocks(layout)
     pooled = vectors.reshape(-1, vectors.shape[-1])
-    bend = _bend_of_draws(pooled, layout, data)
-    before, after = (
-        in_blocks(_bent_draws, pooled, one, layout, data)[:, inner] for one in (white.bend, bend)
-    )
+    references, logs = unscaled_rows(pooled, layout, data)
+    friction = scale_of_draws(pooled[:, place_of_friction(layout)], references)
+    bend = Bend(friction, sizes_of_draws(logs, layout))
+    before, after = (bent_rows(pooled, one, layout, data)[:, inner] for one in (white.bend, bend))
     # Rows whose coordinate has changed.
     stretch = after.std(axis=0) / before.std(axis=0)
     centre, factor = after.mean(axis=0), np.asarray(white.factor) * stretch[:, None]
