@@ -17,6 +17,7 @@ from muscle_bayes.inference.lane_model import (
 )
 from muscle_bayes.inference.prior import resting_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
+from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.quasistatic import settle
@@ -46,8 +47,10 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
         schedule = lane.schedule
         drive = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
         both = jnp.repeat(hyst, 2)
-        q = settle(plant, q, both, drive, jnp.zeros_like(q))
-        return jnp.concatenate([shared, jnp.stack([q, hyst, overshoot(plant, q, both, drive)])])
+        ahead = overshoot(plant, q, both, drive)
+        levels = dry_levels(plant, q, both, drive)
+        q = settle(plant, q, both, drive, jnp.zeros_like(q), levels)
+        return jnp.concatenate([shared, jnp.stack([q, hyst, ahead])])
 
     return jax.vmap(one)(lanes, start, first)
 

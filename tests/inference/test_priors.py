@@ -47,6 +47,23 @@ def test_they_are_the_distributions_given() -> None:
         assert passed[name].support is prior.support
 
 
+def test_priors_of_a_family_are_its_entries_of_the_vector() -> None:
+    given = {"first": dist.Normal(1.0, 2.0), **GIVEN, "last": dist.LogNormal(0.5, 0.1)}
+    shapes = [(name, prior.shape()) for name, prior in given.items()]
+    sizes = [int(np.prod(shape)) for _, shape in shapes]
+    at = np.linspace(0.1, 0.9, sum(sizes))
+    one_by_one = [
+        np.broadcast_to(prior.log_prob(part.reshape(prior.shape())), prior.shape()).ravel()
+        for prior, part in zip(given.values(), np.split(at, np.cumsum(sizes)[:-1]), strict=True)
+    ]
+    together = np.full(at.size, np.nan)
+    groups = Priors(given).by_family(shapes)
+    assert len(groups) == 4
+    for prior, entries in groups:
+        together[entries] = prior.log_prob(at[entries])
+    np.testing.assert_allclose(together, np.concatenate(one_by_one), rtol=1e-6)
+
+
 def test_programs_do_not_depend_on_the_process() -> None:
     """Else nothing that an earlier process compiled would be found again."""
     found = set()

@@ -11,6 +11,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 GRAVITY = 9.80665
+ROUNDING = 1e-12
+"""Excess over dry friction, relative, that moves nothing: else a rotor at rest just where it slid to
+would break away and stop for ever."""
 
 
 def spring_tension(length):
@@ -59,7 +62,7 @@ def solve_stick_slip(piece, dry, state, nodes, pieces, rtol=1e-10, atol=1e-12, m
         model, t = piece(k), begin
         while t < end:
             force = model(t, *state)[0]
-            breaks_away = np.sign(force) * (abs(force) > dry)
+            breaks_away = np.sign(force) * (abs(force) > dry * (1.0 + ROUNDING))
             sign = np.sign(state[1]) if state[1] != 0.0 else breaks_away
 
             def slope(t, y, sign=sign, model=model):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 from jaxtyping import Array, Bool, Float, Int
 from numpyro.distributions import biject_to
 
@@ -126,13 +127,20 @@ def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
 
 def constrain(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
     """Sampled values from the unconstrained vector."""
-    values, position = {}, 0
+    groups = data.priors.by_family(layout.shapes)
+    values = _placed([(biject_to(p.support)(vector[entries]), entries) for p, entries in groups])
+    found, position = {}, 0
     for name, shape in layout.shapes:
         size = int(np.prod(shape))
-        part = vector[position : position + size].reshape(shape)
-        values[name] = biject_to(data.priors[name].support)(part)
+        found[name] = values[position : position + size].reshape(shape)
         position += size
-    return values
+    return found
+
+
+def _placed(parts: list[tuple[Array, np.ndarray]]) -> Array:
+    """A vector of parts, each with its entries; a static gather, for scatters are slow to compile."""
+    order = np.argsort(np.concatenate([entries for _, entries in parts]))
+    return jnp.concatenate([part for part, _ in parts])[order]
 
 
 def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"]:
@@ -174,17 +182,24 @@ def is_possible(values: Values, data: Data) -> Bool[Array, ""]:
     return jnp.all(room_of(values, data) >= 0.0)
 
 
-def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
-    """Log prior density of the unconstrained vector, up to a constant; -inf where impossible."""
-    total, position = jnp.zeros(()), 0
-    for name, shape in layout.shapes:
-        size = int(np.prod(shape))
-        part = vector[position : position + size].reshape(shape)
-        transform = biject_to(data.priors[name].support)
+def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:
+    """Log prior density of each entry of the unconstrained vector, all taken for possible.
+
+    Those of one family together: what is evaluated one by one is compiled one by one.
+    """
+
+    def density(prior: dist.Distribution, part: Array) -> Array:
+        transform = biject_to(prior.support)
         value = transform(part)
-        total += data.priors[name].log_prob(value).sum()
-        total += jnp.sum(transform.log_abs_det_jacobian(part, value))
-        position += size
+        return prior.log_prob(value) + transform.log_abs_det_jacobian(part, value)
+
+    groups = data.priors.by_family(layout.shapes)
+    return _placed([(density(prior, vector[entries]), entries) for prior, entries in groups])
+
+
+def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
+    """Log prior density of the unconstrained vector; -inf where impossible."""
+    total = jnp.sum(log_prior_entries(vector, layout, data))
     return jnp.where(is_possible(constrain(vector, layout, data), data), total, -jnp.inf)
 
 

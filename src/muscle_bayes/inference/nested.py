@@ -10,7 +10,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.density import constrain, first_hyst_entries, is_possible
+from muscle_bayes.inference.density import (
+    constrain,
+    first_hyst_entries,
+    is_possible,
+    log_prior_entries,
+)
 from muscle_bayes.inference.lane_model import Physical, Values
 from muscle_bayes.inference.problem import Data, Layout, Problem
 from muscle_bayes.physics.effects import effect_type
@@ -206,23 +211,23 @@ def values_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: D
     return values | choice.constants
 
 
+def _acting(choice: Choice, layout: Layout) -> Float[Array, " full"]:
+    """1 for entries of the layout's vector that mean something in this model, else 0."""
+    always = len(layout.effects)
+    effects = {name: place for place, name in enumerate(layout.effects)}
+    places = [effects.get(name.split(".")[0], always) for name, _ in layout.shapes]
+    sampled = [float(name not in choice.constants) for name, _ in layout.shapes]
+    sizes = _sizes(layout)
+    on = jnp.append(choice.on, 1.0)
+    return on[np.repeat(places, sizes)] * np.repeat(sampled, sizes)
+
+
 def log_prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Float[Array, ""]:
     """Log prior density of a point, of shared entries and used slots; -inf where impossible."""
     full = _full(point, choice, layout)
-    acting = dict(zip(layout.effects, choice.on, strict=True))
-    total, position = jnp.zeros(()), 0
-    for name, shape in layout.shapes:
-        size = int(np.prod(shape))
-        part = full[position : position + size].reshape(shape)
-        transform = biject_to(data.priors[name].support)
-        value = transform(part)
-        density = data.priors[name].log_prob(value).sum()
-        density += jnp.sum(transform.log_abs_det_jacobian(part, value))
-        if name not in choice.constants:
-            total += acting.get(name.split(".")[0], 1.0) * density
-        position += size
+    total = jnp.sum(_acting(choice, layout) * log_prior_entries(full, layout, data))
     unused = choice.slot >= full.size
     total -= 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))
     possible = is_possible(constrain(full, layout, data), data)

@@ -1,10 +1,13 @@
 """Priors by name, as data of a compiled program."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 import numpyro.distributions as dist
+from jaxtyping import Int
 
 type Family = tuple[type[dist.Distribution], tuple[str, ...]]
 """A distribution's class and the names of its parameters."""
@@ -36,6 +39,36 @@ class Priors(Mapping[str, dist.Distribution]):
 
     def __len__(self) -> int:
         return len(self._families)
+
+    def by_family(
+        self, shapes: Sequence[tuple[str, tuple[int, ...]]]
+    ) -> list[tuple[dist.Distribution, Int[np.ndarray, " entry"]]]:
+        """Priors of one family as one distribution, with its entries in a vector of these quantities."""
+        members: dict[Family, list[tuple[str, tuple[int, ...]]]] = {}
+        for name, shape in shapes:
+            members.setdefault(self._families[name], []).append((name, shape))
+        sizes = [int(np.prod(shape)) for _, shape in shapes]
+        begins = dict(zip((name for name, _ in shapes), np.cumsum([0, *sizes]), strict=False))
+
+        def together(family: Family) -> tuple[dist.Distribution, np.ndarray]:
+            columns = zip(*(self._parameters[name] for name, _ in members[family]), strict=True)
+            whole = [
+                jnp.concatenate(
+                    [
+                        jnp.broadcast_to(one, shape).ravel()
+                        for one, (_, shape) in zip(column, members[family], strict=True)
+                    ]
+                )
+                for column in columns
+            ]
+            entries = [
+                begins[name] + np.arange(int(np.prod(shape))) for name, shape in members[family]
+            ]
+            kind, keys = family
+            prior = kind(**dict(zip(keys, whole, strict=True)), validate_args=False)
+            return prior, np.concatenate(entries)
+
+        return [together(family) for family in members]
 
     def tree_flatten(self) -> tuple[tuple[Any, ...], Any]:
         return tuple(self._parameters.values()), tuple(self._families.items())

@@ -135,8 +135,8 @@ def play(
     found = jax.lax.stop_gradient(_search(lambda x: force(x, still), begin, levels, ends))
     root, direction = found.x, found.direction
     # One Newton step with the slope held fixed carries the derivative of the implicit equation.
-    _, slope = jax.jvp(lambda x: force(x, still), (root,), (jnp.ones_like(root),))
-    residual = force(root, args) - direction * dry.sliding
+    value, slope = jax.jvp(lambda x: force(x, args), (root,), (jnp.ones_like(root),))
+    slope, residual = jax.lax.stop_gradient(slope), value - direction * dry.sliding
     slides = root - residual / jnp.where(slope == 0.0, -1.0, slope)
     slides = jnp.where(slope == 0.0, root, slides)
     stop = jnp.where(direction > 0, stops[1], stops[0])

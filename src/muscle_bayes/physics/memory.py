@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.effect import MemoryEffect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
@@ -107,22 +106,25 @@ def _rest_of(plant: Plant, effect: MemoryEffect, side: int, at: At) -> Scalar:
     held, there, low = still
     first = rate_at(low, held, there)
 
-    def further(ahead: Scalar) -> Scalar:
-        beyond = first * rate_at(low + first * ahead, held, there) < 0.0
-        return jnp.where(beyond, ahead, REST_RATIO * ahead)
+    # First ever longer steps until the rest is passed, then halvings towards it: one look at the rate
+    # serves both, for each use of it is compiled anew.
+    def closer(count: Int[Array, ""], now: tuple[Scalar, Scalar, Scalar]) -> Any:
+        ahead, near, far = now
+        widening = count < REST_STEPS
+        share = jnp.where(widening, 1.0, 0.5 * (near + far))
+        beyond = first * rate_at(low + first * share * ahead, held, there) <= 0.0
+        ahead = jnp.where(widening & ~beyond, REST_RATIO * ahead, ahead)
+        near = jnp.where(widening | beyond, near, share)
+        return ahead, near, jnp.where(~widening & beyond, share, far)
 
-    begin = jnp.full_like(low, FIRST_REST)
-    ahead = jax.lax.fori_loop(0, REST_STEPS, lambda _, ahead: further(ahead), begin)
-    share = bisect(
-        lambda share: first * rate_at(low + first * share * ahead, held, there),
-        jnp.zeros_like(low),
-        jnp.ones_like(low),
-        REST_HALVINGS,
-    )
+    begin = jnp.full_like(low, FIRST_REST), jnp.zeros_like(low), jnp.ones_like(low)
+    ahead, near, far = jax.lax.fori_loop(0, REST_STEPS + REST_HALVINGS, closer, begin)
+    share = 0.5 * (near + far)
     value = jnp.where(first == 0.0, low, low + first * share * ahead)
-    slope = jax.jvp(lambda x: rate_at(x, held, there), (value,), (jnp.ones_like(value),))[1]
+    unit = jnp.ones_like(value)
+    missing, slope = jax.jvp(lambda x: rate_at(x, plant, at), (value,), (unit,))
+    slope = jax.lax.stop_gradient(slope)
     falls = slope < 0.0
-    missing = rate_at(value, plant, at)
     return jnp.where(falls, value - missing / jnp.where(falls, slope, -1.0), begun)
 
 

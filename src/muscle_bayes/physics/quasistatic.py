@@ -8,6 +8,7 @@ from jaxtyping import Array, Float, Int
 
 from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.equilibrium import play
+from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.schedule import Schedule
@@ -42,10 +43,16 @@ once = jax.lax.optimization_barrier
 """Has a value computed once: else the compiler does so wherever it is used, with all derivatives."""
 
 
-def settle(plant: Plant, q: Scalar, hyst, drive: Drive, duration: Scalar) -> Scalar:
-    """Slide to equilibrium within `duration` [s]."""
-    args = (plant, q, hyst, drive, duration)
-    return play(_force, q, args, dry_levels(plant, q, hyst, drive), plant.stops)
+def settle(
+    plant: Plant,
+    q: Scalar,
+    hyst: Pair | Float[Array, "2"],
+    drive: Drive,
+    duration: Scalar,
+    levels: DryLevels,
+) -> Scalar:
+    """Slide to equilibrium within `duration` [s] against dry friction of these levels."""
+    return play(_force, q, (plant, q, hyst, drive, duration), levels, plant.stops)
 
 
 def _sides(plant: Plant) -> tuple[int, ...]:
@@ -75,8 +82,8 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
     relieved: far too little, where MODULUS is stiff.
     """
-    at = once(settle(plant, q, hyst, drive, duration))
-    dry, static = dry_levels(plant, q, hyst, drive)
+    dry, static = levels = dry_levels(plant, q, hyst, drive)
+    at = once(settle(plant, q, hyst, drive, duration, levels))
     pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
@@ -197,7 +204,7 @@ def cross(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, 
     moves = _moves(plant, path, begun, middle, duration)
     q = path.at(tuple(0.5 * move for move in moves))
     there = SlowState(q, jnp.stack(_moved(plant, begun, moves)), q)
-    return _lasting(duration, there, state._replace(q_middle=state.q))
+    return _lasting(duration, index, there, state._replace(q_middle=state.q))
 
 
 def arrive(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array, ""]) -> SlowState:
@@ -209,11 +216,18 @@ def arrive(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array,
         schedule.applied[index],
     )
     hyst = state.hyst[0], state.hyst[1]
-    q = settle(plant, state.q, hyst, Drive(after, load, applied), 0.5 * duration)
-    return _lasting(duration, state._replace(q=q), state)
+    drive = Drive(after, load, applied)
+    levels = dry_levels(plant, state.q, hyst, drive)
+    q = settle(plant, state.q, hyst, drive, 0.5 * duration, levels)
+    return _lasting(duration, index, state._replace(q=q), state)
 
 
-def _lasting(duration: Scalar, moved: SlowState, still: SlowState) -> SlowState:
-    """An interval of no length is padding, whatever its load: else the rotor would slide."""
-    padding = duration <= 0.0
+def _lasting(
+    duration: Scalar, index: Int[Array, ""], moved: SlowState, still: SlowState
+) -> SlowState:
+    """An interval of no length is padding, whatever its load: else the rotor would slide.
+
+    But for the first, in which the rotor comes to rest.
+    """
+    padding = (duration <= 0.0) & (index > 0)
     return SlowState(*(jnp.where(padding, a, b) for a, b in zip(still, moved, strict=True)))

@@ -4,6 +4,7 @@ from functools import partial
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.physics.effect import TemperatureFilter
@@ -32,6 +33,12 @@ class Schedule(NamedTuple):
     def first(self) -> Drive:
         """What is imposed in the first row."""
         return Drive(self.temperature[0], self.load[0], self.applied[0])
+
+    @property
+    def from_rest(self) -> "Schedule":
+        """The schedule after an interval of no length under the first drive, to come to rest in."""
+        longer = Schedule(*(jnp.concatenate([one[:1], one]) for one in self))
+        return longer._replace(braking=longer.braking.at[0].set(0.0))
 
 
 def filtered(schedule: Schedule, filters: tuple[TemperatureFilter, ...]) -> Schedule:

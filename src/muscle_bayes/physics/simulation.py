@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.inertial import FastState, fast_step
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import Motion, Remembered, remembering, starting
@@ -118,14 +119,15 @@ def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array
     schedule = filtered(schedule, plant.temperature_filters)
     first = schedule.first
     plant = starting(plant, q, hyst, first)
-    q = settle(plant, q, hyst, first, jnp.zeros_like(q))
     ahead = overshoot(plant, q, hyst, first) * schedule.braking
     schedule = schedule._replace(temperature=schedule.temperature + ahead)
-    states = _solve(QUASI_STATIC, plant, schedule, SlowState(q, hyst, q))
+    # The first rest is that of one more interval: a program that looks for rests in few places compiles
+    # sooner.
+    states = _solve(QUASI_STATIC, plant, schedule.from_rest, SlowState(q, hyst, q))
+    begun, states = states.q[:-1], jax.tree.map(lambda one: one[1:], states)
     middle = 0.5 * (schedule.temperature[1:] + schedule.temperature[:-1])
     drives = Drive(middle, schedule.load, schedule.applied)
     sensed = jax.vmap(plant.sensed)(states.q_middle, states.hyst, drives)
-    begun = jnp.concatenate([q[None], states.q[:-1]])
     mean = 0.25 * (begun + 2.0 * states.q_middle + states.q)
     averaged = jax.vmap(plant.sensed)(mean, states.hyst, drives)
     duration = jnp.diff(schedule.time)
@@ -157,7 +159,8 @@ def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array
     schedule = filtered(grid.schedule, plant.temperature_filters)
     first = schedule.first
     plant = starting(plant, q, hyst, first)
-    q = settle(plant, q, hyst, first, jnp.zeros_like(q))
+    levels = dry_levels(plant, q, hyst, first)
+    q = settle(plant, q, hyst, first, jnp.zeros_like(q), levels)
     whole = _swung(plant, schedule, FastState(q, jnp.zeros_like(q), hyst))
     start = plant.sensed(q, hyst, first)
     ends = jnp.concatenate([start[None], whole.sensed])
