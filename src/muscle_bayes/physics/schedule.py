@@ -14,7 +14,8 @@ from muscle_bayes.physics.plant import Drive
 class Schedule(NamedTuple):
     """Node times and, between nodes, the drive: temperature linear, load and force constant.
 
-    Jumps of the load lie on nodes. Intervals of zero length pad runs to one shape and do nothing.
+    Jumps of the load lie on nodes. Intervals of zero length pad runs to one shape and do nothing, but
+    for the first of `from_rest`.
     """
 
     time: Float[Array, " node"]
