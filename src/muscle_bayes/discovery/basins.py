@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.discovery.gross import as_lasting, as_white, noise_names
-from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.inference.other_basins import (
@@ -18,6 +18,8 @@ from muscle_bayes.inference.other_basins import (
 
 HELD_STEPS, FREE_STEPS = 6, 12
 """Steps with what was moved held, and with all free."""
+HOPELESS = 50.0
+"""A point that is this far behind with what was moved held is given up [nat]."""
 BETTER = 1.0
 """Least decrease of the potential for a point that is fitted in full [nat]."""
 
@@ -51,7 +53,9 @@ def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
     ]
     for moved, held in tried:
         room = descend(nested, fitted.effects, moved, HELD_STEPS, [*noise, *held])
-        free = descend(nested, fitted.effects, room.point, FREE_STEPS, noise)
+        if not room.potential <= seen.potential + HOPELESS:
+            continue
+        free = go_on(nested, room, FREE_STEPS, noise)
         if free.potential < seen.potential - BETTER:
             best = max(best, as_lasting(nested, free), key=lambda one: one.log_evidence)
     return best

@@ -9,19 +9,25 @@ import numpy as np
 from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, starts_of
-from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
 
 Report = Callable[[str, int, int], None]
 
 STARTS = 5
 """Starts of a candidate that are tried."""
+EARLY_STEPS = 3
+"""Steps of each before those FALLEN_BEHIND are given up."""
+FALLEN_BEHIND = 100.0
+"""How far behind another start that is [nat]."""
 FIRST_STEPS = 6
-"""Steps of each before the best goes on."""
+"""Steps of the others before the best goes on."""
 HOPELESS = 30.0
-"""A start that is this far behind another after its first steps is given up."""
+"""A start that is this far behind another after its first steps is given up [nat]."""
 GROSS_STEPS = 12
 """The same where misfit is gross: parameters have far to go."""
+FAR = 200.0
+"""A candidate that is this far behind another after its first steps stays as it is [nat]."""
 REVISITED = 3
 """Candidates that are started again where they end, and in other basins, and from which the model
 without them is searched once more."""
@@ -33,8 +39,8 @@ MOST_BASES = 3
 """Bases beside which candidates are searched at most."""
 
 
-def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> Fitted | None:
-    """The candidate that adds `effect` to `base`, at its most probable point; None if never finite.
+def first_steps(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start]) -> list[Fitted]:
+    """The candidate that adds `effect` to `base` after first steps from its starts; best first.
 
     Where the misfit of `base` is gross, starts are those beside `as_white`, and noise stays as it is
     there until the best of them is fitted in full.
@@ -42,16 +48,23 @@ def best_fit(nested: Nested, base: Fitted, effect: str, starts: Sequence[Start])
     effects, gross = (*base.effects, effect), is_gross(nested, base)
     held = noise_names(nested) if gross else []
     steps = GROSS_STEPS if gross else FIRST_STEPS
-    tried = [descend(nested, effects, one.point, steps, held) for one in _varied(starts)]
-    tried = sorted(
-        (one for one in tried if np.isfinite(one.potential)), key=lambda one: one.potential
-    )
-    if not tried:
-        return None
-    close = [one for one in tried if one.potential < tried[0].potential + HOPELESS][:2]
-    whole = [
-        as_lasting(nested, one) if gross else descend(nested, effects, one.point) for one in close
-    ]
+    begun = [descend(nested, effects, one.point, EARLY_STEPS, held) for one in _varied(starts)]
+    kept = _within(FALLEN_BEHIND, begun)
+    return _within(HOPELESS, [go_on(nested, one, steps - EARLY_STEPS, held) for one in kept])
+
+
+def _within(lead: float, fits: Sequence[Fitted]) -> list[Fitted]:
+    """Those not further behind the best, best first; none that is not finite."""
+    finite = [one for one in fits if np.isfinite(one.potential)]
+    best = min((one.potential for one in finite), default=0.0)
+    near = [one for one in finite if one.potential <= best + lead]
+    return sorted(near, key=lambda one: one.potential)
+
+
+def finished(nested: Nested, base: Fitted, begun: Sequence[Fitted]) -> Fitted:
+    """The likeliest of a candidate's two best starts, each at its most probable point."""
+    gross = is_gross(nested, base)
+    whole = [as_lasting(nested, one) if gross else go_on(nested, one) for one in begun[:2]]
     return max(whole, key=lambda one: one.log_evidence)
 
 
@@ -65,8 +78,11 @@ def started_again(nested: Nested, base: Fitted, fitted: Fitted, seed: int) -> Fi
     there = descend(nested, base.effects, shared, 0)
     if not np.isfinite(there.potential):
         return fitted
-    again = best_fit(nested, there, effect, starts_of(nested, there, effect, jax.random.key(seed)))
-    return fitted if again is None else max(fitted, again, key=lambda one: one.log_evidence)
+    starts = starts_of(nested, there, effect, jax.random.key(seed))
+    begun = first_steps(nested, there, effect, starts)
+    if not begun:
+        return fitted
+    return max(fitted, finished(nested, there, begun), key=lambda one: one.log_evidence)
 
 
 def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
@@ -110,12 +126,16 @@ def fit_candidates(
     report: Report = lambda name, done, total: None,
 ) -> dict[str, Fitted]:
     """The best fit of each candidate that can be simulated; the likeliest are searched further."""
-    found = {}
+    begun = {}
     for done, (effect, starts) in enumerate(screened.items()):
         report(effect, done, len(screened))
-        one = best_fit(nested, base, effect, starts)
-        if one is not None:
-            found[effect] = one
+        if steps := first_steps(nested, base, effect, starts):
+            begun[effect] = steps
+    best = min((steps[0].potential for steps in begun.values()), default=0.0)
+    found = {
+        effect: finished(nested, base, steps) if steps[0].potential <= best + FAR else steps[0]
+        for effect, steps in begun.items()
+    }
     for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:REVISITED]:
         again = started_again(nested, base, found[effect], seed + AGAIN)
         found[effect] = with_best_basin(nested, again)

@@ -1,7 +1,7 @@
 """The most probable point of one candidate, and the evidence for it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import jax.numpy as jnp
@@ -25,6 +25,8 @@ LEAST_GAIN = 0.1
 """Decrease of the potential below which a descent ends: far less than any comparison's uncertainty."""
 LEAST_PRECISION = 1e-4
 """Least prior precision of a direction, for flat or concave priors."""
+FIRST_DAMPING, MOST_DAMPING = 1e-2, 1e8
+"""Of a descent's first step, and from which on it ends."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Fitted:
     walls: Walls
     used: int
     """Entries of the point that mean something; the rest are empty slots."""
+    damping: float
+    """Of the step that a descent would take from here."""
 
     @cached_property
     def jacobian(self) -> Float[np.ndarray, "error n"]:
@@ -102,42 +106,66 @@ def descend(
     held: Sequence[str] = (),
 ) -> Fitted:
     """Levenberg-Marquardt from `start`, damped until a step descends; entries named in `held` stay."""
-    layout, data = nested.layout, nested.data
     choice = nested.choice(effects)
+    point, walls = _between_walls(nested, choice, np.asarray(start, float))
+    found, slope = _seen(nested, choice, point), _slope(nested, choice, point)
     used = nested.shared + len(nested.slots_of(effects))
+    potential = float(found.potential)
+    fitted = Fitted(
+        tuple(effects), choice, point, potential, found, slope, walls, used, FIRST_DAMPING
+    )
+    return go_on(nested, fitted, limit, held)
 
-    def judge(point: np.ndarray) -> tuple[float, Explained]:
-        found = explained_at(jnp.asarray(point), choice, layout, data)
-        return float(found.potential), found
 
+def go_on(
+    nested: Nested, fitted: Fitted, limit: int = MAX_STEPS, held: Sequence[str] = ()
+) -> Fitted:
+    """`limit` more trials of a step from where a descent ended, as if it had not; `held` as there."""
     free = np.array([name not in held for name in nested.shared_names()])
-    free = np.flatnonzero(np.concatenate([free, np.ones(start.size - free.size, bool)]))
-    entries, damping = nested.first_hyst_entries(), 1e-2
-
-    def walled(point: np.ndarray) -> Walls:
-        return walls_at(jnp.asarray(point), choice, layout, data)
-
-    point, walls = between_walls(np.asarray(start, float), walled, entries)
-    value, found = judge(point)
-    slope = slope_at(jnp.asarray(point), choice, layout, data)
-    information = _information(slope)
+    rest = np.ones(fitted.point.size - free.size, bool)
+    free = np.flatnonzero(np.concatenate([free, rest]))
+    choice, information = fitted.choice, _information(fitted.slope)
     for _ in range(limit):
-        move = np.zeros(point.size)
-        gradient = np.asarray(slope.gradient)[free]
+        move = np.zeros(fitted.point.size)
+        gradient = np.asarray(fitted.slope.gradient)[free]
         part = information[np.ix_(free, free)]
-        move[free] = damped_move(part, gradient, damping, walls.of(free))
-        further, ahead = between_walls(point + move, walled, entries)
-        trial, trial_found = judge(further)
-        if trial < value:
-            gain = value - trial
-            point, walls, value, found = further, ahead, trial, trial_found
-            damping = max(0.2 * damping, 1e-9)
-            slope = slope_at(jnp.asarray(point), choice, layout, data)
+        move[free] = damped_move(part, gradient, fitted.damping, fitted.walls.of(free))
+        point, walls = _between_walls(nested, choice, fitted.point + move)
+        found = _seen(nested, choice, point)
+        gain = fitted.potential - float(found.potential)
+        if gain > 0.0:
+            slope = _slope(nested, choice, point)
             information = _information(slope)
+            fitted = replace(
+                fitted,
+                point=point,
+                potential=float(found.potential),
+                found=found,
+                slope=slope,
+                walls=walls,
+                damping=max(0.2 * fitted.damping, 1e-9),
+            )
             if gain < LEAST_GAIN:
                 break
         else:
-            damping *= 6.0
-            if damping > 1e8:
+            fitted = replace(fitted, damping=6.0 * fitted.damping)
+            if fitted.damping > MOST_DAMPING:
                 break
-    return Fitted(tuple(effects), choice, point, value, found, slope, walls, used)
+    return fitted
+
+
+def _seen(nested: Nested, choice: Choice, point: np.ndarray) -> Explained:
+    return explained_at(jnp.asarray(point), choice, nested.layout, nested.data)
+
+
+def _slope(nested: Nested, choice: Choice, point: np.ndarray) -> Slope:
+    return slope_at(jnp.asarray(point), choice, nested.layout, nested.data)
+
+
+def _between_walls(
+    nested: Nested, choice: Choice, point: np.ndarray
+) -> tuple[Float[np.ndarray, " n"], Walls]:
+    def walled(point: np.ndarray) -> Walls:
+        return walls_at(jnp.asarray(point), choice, nested.layout, nested.data)
+
+    return between_walls(point, walled, nested.first_hyst_entries())
