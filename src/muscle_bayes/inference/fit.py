@@ -95,7 +95,7 @@ def sample(
     preparation = prepare(problem.layout, problem.data)
     with ThreadPoolExecutor(1) as pool:
         ready = pool.submit(_compiled, preparation)
-        mode = find_mode(keys[0], problem.layout, problem.data, searched)
+        mode = find_mode(keys[0], problem.layout, problem.data, searched, workers)
         problem, mode = _improved(problem, mode)
         report("searching", STARTS, STARTS)
         found = perf_counter()

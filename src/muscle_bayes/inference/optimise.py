@@ -1,6 +1,7 @@
 """The most probable parameters, and the Fisher information there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import jax
@@ -31,6 +32,7 @@ from muscle_bayes.inference.programs import (
     predictions_at,
     walls_at,
 )
+from muscle_bayes.inference.side_by_side import side_by_side
 from muscle_bayes.physics.effects import effect_type
 
 PRIOR_DRAWS = 256
@@ -249,18 +251,25 @@ def find_mode(
     layout: Layout,
     data: Data,
     report: Callable[[str], None] = lambda text: None,
+    workers: int = 1,
 ) -> Mode:
     """The best of several local maxima, started from the most probable of many prior draws.
 
     Each start is first fitted as if its misfit were independent noise, which looks at the whole
     shape of a run, and only the best of these with the discrepancy's correlation, which looks at
     how it changes. From the best shape minimum forces are tried elsewhere, for descents do not find
-    their way from a spring that is open to one that is shut. Raises MuscleBayesError when no prior draw
-    gives a finite density.
+    their way from a spring that is open to one that is shut. `workers` descents go on side by side; the
+    result does not depend on their number. Raises MuscleBayesError when no prior draw gives a finite
+    density.
     """
+    # Of all programs this one takes longest to make: others are made meanwhile.
+    pool = ThreadPoolExecutor(1)
+    _curvature.begin(pool, jnp.zeros(_noise_mask(layout).size), layout, data)
+    pool.shutdown(wait=False)
     # A draw of the right shape must not be passed over because of the noise that was drawn with it.
     draws = np.asarray(_prior_draws(key, PRIOR_DRAWS, layout, data))
-    values = np.array([_with_misfit(draw, layout, data)[1] for draw in draws])
+    levels = side_by_side(lambda draw: _with_misfit(draw, layout, data)[1], draws, workers)
+    values = np.array(list(levels))
     values = np.where(np.isfinite(values), values, np.inf)
     order = np.argsort(values)
     if not np.isfinite(values[order[0]]):
@@ -270,28 +279,32 @@ def find_mode(
         )
     shapes: list[Shape] = []
 
-    def try_from(start: Array) -> None:
-        shapes.append(_shaped(start, layout, data))
-        report(f"start {len(shapes)}: -log density {shapes[-1].level:.2f}")
-
     def best() -> Shape:
         return min(shapes, key=lambda shape: shape.level)
 
+    def shaped_from(starts: Iterable[Array]) -> Iterator[None]:
+        """After each start, its shape is among those known."""
+        for shape in side_by_side(lambda start: _shaped(start, layout, data), starts, workers):
+            shapes.append(shape)
+            report(f"start {len(shapes)}: -log density {shape.level:.2f}")
+            yield
+
     pairs = zip(order[order % 2 == 1], order[order % 2 == 0], strict=True)
-    for start in [index for pair in pairs for index in pair][:STARTS]:
-        try_from(jnp.asarray(draws[start]))
+    begun = [jnp.asarray(draws[index]) for pair in pairs for index in pair][:STARTS]
+    for _ in shaped_from(begun):
         wanted = AGREEING if best().ratio < CLOSE else AGREEING_AFAR
         if sum(shape.level < best().level + AGREEMENT for shape in shapes) >= wanted:
             break
     level = np.inf
     while best().level < level - AGREEMENT:
         level = best().level
-        for vector in with_other_basins(best().vector, layout, data):
-            try_from(vector)
+        for _ in shaped_from(with_other_basins(best().vector, layout, data)):
+            pass
     shapes.sort(key=lambda shape: shape.level)
     modes: list[Mode] = []
-    for shape in shapes[:FINALISTS]:
-        modes.append(_to_mode(shape.vector, layout, data))
+    finalists = [shape.vector for shape in shapes[:FINALISTS]]
+    for mode in side_by_side(lambda vector: _to_mode(vector, layout, data), finalists, workers):
+        modes.append(mode)
         modes.sort(key=lambda mode: mode.potential)
         if len(modes) > 1 and modes[1].potential - modes[0].potential < SAME_MODE:
             break

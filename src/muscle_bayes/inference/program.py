@@ -9,6 +9,7 @@ from contextlib import suppress
 from functools import cache, update_wrapper
 from importlib.metadata import version
 from pathlib import Path
+from threading import RLock
 from time import time
 from typing import Any
 
@@ -28,6 +29,9 @@ STATIC = ("layout", "regime")
 LIBRARIES = ("jax", "jaxlib", "numpyro", "diffrax", "equinox")
 KEPT_FOR = 30 * 86_400.0
 """Time since its last use after which a trace is dropped, s: its code, layout or shapes are no more."""
+
+MAKING = RLock()
+"""Held while a program is made: JAX traces the same function in two threads at its peril."""
 
 
 def _is_static(argument: Any) -> bool:
@@ -144,9 +148,15 @@ class Program[R]:
         leaves = list(map(_array, leaves))
         known = _known(arguments, leaves, structure)
         if known not in self._compiled:
+            with MAKING:
+                self._make(known, arguments)
+        return self._compiled[known](*jax.tree.unflatten(structure, leaves))
+
+    def _make(self, known: Hashable, arguments: tuple[Any, ...]) -> None:
+        # Another thread may have been quicker.
+        if known not in self._compiled:
             begun = self._begun.pop(known, None)
             self._compiled[known] = begun.result() if begun else self.lower(*arguments).compile()
-        return self._compiled[known](*jax.tree.unflatten(structure, leaves))
 
     def begin(self, pool: Executor, *arguments: Any) -> None:
         """Trace for arguments of these shapes, and leave compiling to `pool`: a call will wait for it."""
