@@ -1,5 +1,7 @@
 """How readings are split into blocks."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from muscle_bayes.discovery.blocks import PARTS, SHARE, blocks_of
@@ -9,7 +11,7 @@ from muscle_bayes.discovery.conditions import Trace
 def _line(run: str, time: np.ndarray, first: int) -> Trace:
     place = first + np.arange(time.size)
     ones = np.ones(time.size)
-    return Trace(run, "counts", time, ones, 0.0 * ones, place, {})
+    return Trace(run, "counts", time, ones, 0.0 * ones, place, place, {})
 
 
 LINES = [_line("a", np.linspace(0.0, 400.0, 401), 0), _line("b", np.linspace(0.0, 8.0, 81), 420)]
@@ -39,3 +41,18 @@ def test_a_dispute_about_some_seconds_is_split_among_blocks_of_its_own() -> None
 
 def test_nothing_is_split_where_nothing_is_disputed() -> None:
     assert np.unique(blocks_of(LINES, np.zeros(510))).size == 2 * PARTS + 1
+
+
+def test_no_segment_is_split() -> None:
+    """Ten readings each: too few segments for the parts of one run, and a dispute within one of them."""
+    cut = [replace(line, segment=line.place // 10) for line in LINES]
+    disputed = np.full(510, 1e-3)
+    disputed[31:49] = 2.0
+    found = blocks_of(cut, disputed)
+    for line in cut:
+        for segment in np.unique(line.segment):
+            inside = line.place[line.segment == segment]
+            assert np.unique(found[inside]).size == 1
+    assert np.unique(found[30:50]).size == 2
+    assert np.unique(found[420:501]).size == 9
+    assert np.all(np.diff(found[SEEN]) >= 0)

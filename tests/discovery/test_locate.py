@@ -90,7 +90,16 @@ def test_what_parameters_absorb_is_no_misfit() -> None:
 def _trace(**signals: np.ndarray) -> Trace:
     size = len(next(iter(signals.values())))
     time = np.arange(size, dtype=float)
-    return Trace("run", "counts", time, np.ones(size), np.zeros(size), np.arange(size), signals)
+    return Trace(
+        "run",
+        "counts",
+        time,
+        np.ones(size),
+        np.zeros(size),
+        np.arange(size),
+        np.arange(size),
+        signals,
+    )
 
 
 def test_conditions_are_named() -> None:

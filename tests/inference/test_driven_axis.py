@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_run
+from muscle_bayes.discovery.discover import discover
 from muscle_bayes.inference.density import constrain, explained
 from muscle_bayes.inference.lane_model import predictions
 from muscle_bayes.inference.optimise import Mode, find_mode
@@ -153,3 +154,13 @@ def test_density_does_not_jump_where_sticking_comes_and_goes(
         )
         # A smooth density bends by the square of the spacing, a jump shows whole.
         assert np.abs(np.diff(values, 2)).max() < 0.05, direction
+
+
+def test_every_effect_that_discovery_adds_shrinks_the_gap(axis: Problem) -> None:
+    """From Coulomb friction alone, segments begin elsewhere than with what is missing."""
+    found = discover(axis.runs, candidates=("viscous-friction", "bias-torque"))
+    assert {step.added for step in found.steps} == {"viscous-friction", "bias-torque"}
+    gaps = [found.nominal, *(step.after for step in found.steps)]
+    rmse = [judged.checks["axis"].rmse for judged in gaps]
+    assert rmse[0] > rmse[1] > rmse[2]
+    assert rmse[2] < 1.2 * NOISE

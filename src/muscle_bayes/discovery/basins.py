@@ -1,10 +1,14 @@
 """A candidate where springs open at other forces and runs begin otherwise: no descent goes there."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from muscle_bayes.discovery.gross import as_lasting, as_white, noise_names
-from muscle_bayes.inference.descent import Fitted, descend, go_on
+from muscle_bayes.inference.blocks import MODULUS
+from muscle_bayes.inference.descent import FIRST_DAMPING, Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.inference.other_basins import (
@@ -15,11 +19,18 @@ from muscle_bayes.inference.other_basins import (
     force_levels,
     moved_entries,
 )
+from muscle_bayes.inference.tensions import log_tensions
 
+BELOW, FORCE_STEP = 0.25, 0.05
+"""How far below the least tension seen MODULUS's minimum force is tried, and in what steps up to the
+greatest, in logarithms, besides at quantiles of its prior. Beside an effect that acts while parts go taut
+it matters by hundredths."""
 HELD_STEPS, FREE_STEPS = 6, 12
 """Steps with what was moved held, and with all free."""
-HOPELESS = 50.0
-"""A point that is this far behind with what was moved held is given up [nat]."""
+EARLY_STEPS, FALLEN_BEHIND = 3, 1_000.0
+"""Steps with what was moved held before a point is given up that is this far behind [nat]."""
+HOPELESS = 200.0
+"""The same after all steps with what was moved held [nat]."""
 BETTER = 1.0
 """Least decrease of the potential for a point that is fitted in full [nat]."""
 
@@ -45,6 +56,7 @@ def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
         return np.concatenate(parts)
 
     best, seen, noise = fitted, as_white(nested, fitted), noise_names(nested)
+    forces[MODULUS] = np.concatenate([_taut_levels(nested), forces[MODULUS]])
     levels = {names.index(name): values for name, values in forces.items()}
     begun = first_hyst_levels(seen.point, nested.first_hyst_entries())
     tried = [
@@ -52,10 +64,20 @@ def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
         *((point, ()) for point in moved_entries(seen.point, begun, readings, SEEN_LATER)),
     ]
     for moved, held in tried:
-        room = descend(nested, fitted.effects, moved, HELD_STEPS, [*noise, *held])
+        room = descend(nested, fitted.effects, moved, EARLY_STEPS, [*noise, *held])
+        if not room.potential <= seen.potential + FALLEN_BEHIND:
+            continue
+        room = go_on(nested, room, HELD_STEPS - EARLY_STEPS, [*noise, *held])
         if not room.potential <= seen.potential + HOPELESS:
             continue
-        free = go_on(nested, room, FREE_STEPS, noise)
+        # How far steps went with entries held says nothing of steps without.
+        free = go_on(nested, replace(room, damping=FIRST_DAMPING), FREE_STEPS, noise)
         if free.potential < seen.potential - BETTER:
             best = max(best, as_lasting(nested, free), key=lambda one: one.log_evidence)
     return best
+
+
+def _taut_levels(nested: Nested) -> Float[np.ndarray, " level"]:
+    """Logs of MODULUS's minimum force about the tensions that muscles have seen."""
+    seen = np.concatenate([np.zeros(0), *map(log_tensions, nested.problem.runs)])
+    return np.arange(seen.min() - BELOW, seen.max(), FORCE_STEP) if seen.size else seen

@@ -32,27 +32,37 @@ def blocks_of(
     No block of several readings holds more than SHARE of what two models dispute over all of `lines`. In
     blocks of equal time an effect that acts for some seconds would stand or fall with one of them, and
     nothing would be left to tell it from while that is left out. What is disputed are densities of
-    readings given those before, so neighbours count as independent.
+    readings given those before, so neighbours count as independent. But for those of a segment, which
+    are known together only, its start being integrated out: no block holds a part of one.
     """
     found = np.full(disputed.size, -1)
     most = SHARE * sum(float(disputed[line.place].sum()) for line in lines)
     number = 0
     for line in lines:
         edges = np.linspace(line.time[0], line.time[-1], PARTS + 1)
-        cuts = np.searchsorted(line.time, edges[1:-1])
-        for part in np.split(line.place, cuts):
-            for block in _halved(part, disputed, most):
-                found[block] = number
+        begins = np.flatnonzero(np.diff(line.segment, prepend=-1) != 0)
+        cuts = np.append(begins, line.time.size)[
+            np.searchsorted(begins, np.searchsorted(line.time, edges[1:-1]))
+        ]
+        for part in np.split(np.arange(line.time.size), cuts):
+            for block in _halved(part, disputed[line.place], line.segment, most):
+                found[line.place[block]] = number
                 number += 1
     return found
 
 
 def _halved(
-    block: Int[np.ndarray, " reading"], disputed: Float[np.ndarray, " error"], most: float
+    block: Int[np.ndarray, " reading"],
+    disputed: Float[np.ndarray, " interval"],
+    segment: Int[np.ndarray, " interval"],
+    most: float,
 ) -> list[Int[np.ndarray, " reading"]]:
-    if block.size < 2 or disputed[block].sum() <= most:
+    cuts = 1 + np.flatnonzero(np.diff(segment[block]))
+    if not cuts.size or disputed[block].sum() <= most:
         return [block]
-    middle = block.size // 2
+    middle = cuts[np.argmin(np.abs(cuts - block.size // 2))]
     return [
-        half for part in (block[:middle], block[middle:]) for half in _halved(part, disputed, most)
+        half
+        for part in (block[:middle], block[middle:])
+        for half in _halved(part, disputed, segment, most)
     ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from muscle_bayes.discovery.settling import HEATED
 from muscle_bayes.inference.descent import Fitted
@@ -44,11 +44,13 @@ class Trace:
     """Reading minus model [unit]."""
     place: Float[np.ndarray, " interval"]
     """Where the run's intervals stand among all standardised errors."""
+    segment: Int[np.ndarray, " interval"]
+    """The same for all intervals of a segment, whose start is integrated out; else each its own."""
     signals: Mapping[str, Float[np.ndarray, " interval"]]
 
     def only(self, chosen: Bool[np.ndarray, " interval"]) -> "Trace":
         """The chosen intervals."""
-        arrays = ("time", "duration", "residual", "place")
+        arrays = ("time", "duration", "residual", "place", "segment")
         cut = {key: getattr(self, key)[chosen] for key in arrays}
         return replace(self, **cut, signals={k: v[chosen] for k, v in self.signals.items()})
 
@@ -67,10 +69,11 @@ def traces(nested: Nested, fitted: Fitted) -> list[Trace]:
         zero = values.get(f"{regime}.zero")
         for lane, owner in enumerate(owners):
             one = jax.tree.map(lambda x, lane=lane: np.asarray(x)[lane], lanes)
-            seen = one.weight > 0
-            own = 0.0 if zero is None or layout.segmented[group] else float(zero[one.run])
+            seen, cut = one.weight > 0, layout.segmented[group]
+            own = 0.0 if zero is None or cut else float(zero[one.run])
             q = one.scale * (one.reading - residuals[lane] - own)
             piece = {"place": start + np.flatnonzero(seen), "residual": residuals[lane][seen]}
+            piece["segment"] = np.full(seen.sum(), start) if cut else piece["place"]
             piece |= {"time": one.time[seen], "q": q[seen], "hyst": hyst[lane][seen]}
             piece["duration"] = np.diff(one.schedule.time)[seen]
             piece["load"] = one.schedule.load[seen]
@@ -113,6 +116,7 @@ def _trace(nested: Nested, owner: int, parts: list[dict[str, np.ndarray]]) -> Tr
         joined["duration"],
         joined["residual"],
         joined["place"].astype(int),
+        joined["segment"].astype(int),
         signals,
     )
 

@@ -7,7 +7,11 @@ import jax.numpy as jnp
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.search import Report
 from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.lane_model import Values
 from muscle_bayes.inference.nested import Nested, values_at
+from muscle_bayes.inference.pivots import pivoted
+from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.programs import unconstrained
 from muscle_bayes.inference.reduction import with_swings
 
 SETTLED = 1.0
@@ -39,18 +43,27 @@ class Explanation:
     fitted: Fitted
 
     def settled(self) -> "Explanation":
-        """The same with what inertia adds to slow motion at its own point, and fitted with it.
+        """The same with what its own point tells of the motion, and fitted with it.
 
-        A search adds what inertia did at the point where it began; an effect that moves the
-        parameters far makes the rotor swing otherwise.
+        A search adds what inertia did to slow motion at the point where it began, and is linear in
+        segments' starts about those that were most probable there; an effect that moves the
+        parameters far makes the rotor swing, and segments begin, otherwise.
         """
         search, fitted = self.search, self.fitted
         for _ in range(MOST_ROUNDS):
             nested = search.whole
             values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
             before = fitted.potential
-            search = search.over(nested.on(with_swings(nested.problem, values)))
+            search = search.over(nested.on(_solved(nested.problem, values)))
             fitted = descend(search.train, fitted.effects, fitted.point)
             if abs(before - fitted.potential) < SETTLED:
                 break
         return Explanation(search, fitted)
+
+
+def _solved(problem: Problem, values: Values) -> Problem:
+    """With segments' pivots, and with what inertia adds, at these values."""
+    draws = {name: jnp.asarray(values[name])[None] for name, _ in problem.layout.shapes}
+    vector = unconstrained(draws, problem.layout, problem.data)[0]
+    data = pivoted(vector, problem.layout, problem.data)
+    return with_swings(replace(problem, data=data), values)

@@ -11,11 +11,12 @@ from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_n
 from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
+from muscle_bayes.physics.effects.empirical import PREFIX
 
 Report = Callable[[str, int, int], None]
 
-STARTS = 5
-"""Starts of a candidate that are tried."""
+STARTS, FUNCTION_STARTS = 5, 2
+"""Starts of a candidate that are tried, and of a function: its coefficients act nearly linearly."""
 EARLY_STEPS = 3
 """Steps of each before those FALLEN_BEHIND are given up."""
 FALLEN_BEHIND = 100.0
@@ -28,13 +29,18 @@ GROSS_STEPS = 12
 """The same where misfit is gross: parameters have far to go."""
 FAR = 200.0
 """A candidate that is this far behind another after its first steps stays as it is [nat]."""
-REVISITED = 3
+REVISITED, FUNCTIONS_REVISITED = 3, 1
 """Candidates that are started again where they end, and in other basins, and from which the model
-without them is searched once more."""
+without them is searched once more; of functions the likeliest alone."""
 AGAIN = 1_000
-"""Added to the seed of a candidate's draws when it is started again."""
+"""Added to the seed of a candidate's draws each time it is started again."""
+IN_VAIN = 2
+"""Times in a row without a better end after which it is not started again."""
+MOST_AGAIN = 5
+"""Times that it is started again at most."""
 BETTER = 3.0
-"""Rise of a base's log evidence from which on candidates are searched beside it anew [nat]."""
+"""Rise of log evidence from which on a candidate is started again, and from which on a base is one
+beside which candidates are searched anew [nat]."""
 MOST_BASES = 3
 """Bases beside which candidates are searched at most."""
 
@@ -48,7 +54,9 @@ def first_steps(nested: Nested, base: Fitted, effect: str, starts: Sequence[Star
     effects, gross = (*base.effects, effect), is_gross(nested, base)
     held = noise_names(nested) if gross else []
     steps = GROSS_STEPS if gross else FIRST_STEPS
-    begun = [descend(nested, effects, one.point, EARLY_STEPS, held) for one in _varied(starts)]
+    begun = [
+        descend(nested, effects, one.point, EARLY_STEPS, held) for one in _tried(effect, starts)
+    ]
     kept = _within(FALLEN_BEHIND, begun)
     return _within(HOPELESS, [go_on(nested, one, steps - EARLY_STEPS, held) for one in kept])
 
@@ -73,16 +81,27 @@ def started_again(nested: Nested, base: Fitted, fitted: Fitted, seed: int) -> Fi
 
     Beside those of `base`, which knows nothing of the effect, most draws lead to poor local maxima.
     """
+    vain = 0
+    for turn in range(1, MOST_AGAIN + 1):
+        found = _from_new_draws(nested, base, fitted, seed + AGAIN * turn)
+        vain = 0 if found.log_evidence > fitted.log_evidence + BETTER else vain + 1
+        fitted = max(fitted, found, key=lambda one: one.log_evidence)
+        if vain == IN_VAIN:
+            break
+    return fitted
+
+
+def _from_new_draws(nested: Nested, base: Fitted, fitted: Fitted, seed: int) -> Fitted:
+    """The same, of one set of draws; `fitted` where none can be simulated."""
     effect, room = fitted.effects[-1], base.point.size - base.used
     shared = np.concatenate([fitted.point[: base.used], np.zeros(room)])
     there = descend(nested, base.effects, shared, 0)
     if not np.isfinite(there.potential):
         return fitted
-    starts = starts_of(nested, there, effect, jax.random.key(seed))
-    begun = first_steps(nested, there, effect, starts)
-    if not begun:
-        return fitted
-    return max(fitted, finished(nested, there, begun), key=lambda one: one.log_evidence)
+    begun = first_steps(
+        nested, there, effect, starts_of(nested, there, effect, jax.random.key(seed))
+    )
+    return finished(nested, there, begun) if begun else fitted
 
 
 def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
@@ -98,13 +117,19 @@ def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted
     return max([base, *found], key=lambda one: one.log_evidence)
 
 
-def _varied(starts: Sequence[Start]) -> list[Start]:
-    """The most promising starts, of every strength at least one."""
+def _tried(effect: str, starts: Sequence[Start]) -> list[Start]:
+    """The most promising starts; of a named effect, at least one of every strength."""
+    if _is_function(effect):
+        return list(starts[:FUNCTION_STARTS])
     chosen = list(starts[: STARTS - 2])
     for strength in {one.strength for one in starts} - {one.strength for one in chosen}:
         chosen.append(next(one for one in starts if one.strength == strength))
     rest = [one for one in starts if all(one is not other for other in chosen)]
     return (chosen + rest)[:STARTS]
+
+
+def _is_function(effect: str) -> bool:
+    return effect.startswith(f"{PREFIX}-")
 
 
 def screen(
@@ -136,8 +161,9 @@ def fit_candidates(
         effect: finished(nested, base, steps) if steps[0].potential <= best + FAR else steps[0]
         for effect, steps in begun.items()
     }
-    for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:REVISITED]:
-        again = started_again(nested, base, found[effect], seed + AGAIN)
+    revisited = FUNCTIONS_REVISITED if all(map(_is_function, found)) else REVISITED
+    for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:revisited]:
+        again = started_again(nested, base, found[effect], seed)
         found[effect] = with_best_basin(nested, again)
     return found
 

@@ -4,11 +4,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.bend_hyst import STRETCH, Unbent, starts
-from muscle_bayes.inference.blocks import WALLED
+from muscle_bayes.inference.blocks import HYST, MODULUS
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.physics.bisection import bisect
 
-MODULUS, HYST = WALLED
 NARROW = 1e-3
 """Width, relative to the tension, of the passage between the walls on either side of it."""
 LEAST_SHARE = 1e-3

@@ -7,7 +7,7 @@ import numpy as np
 from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Layout
 
-WALLED = ("F_modulus_min", "F_hyst_min")
+MODULUS, HYST = WALLED = ("F_modulus_min", "F_hyst_min")
 
 
 class Blocks(NamedTuple):
