@@ -3,7 +3,7 @@
 import os
 import platform
 import subprocess
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from benchmarks.competitors.c_floor import compiler
@@ -24,6 +24,13 @@ def _compiler_version() -> str:
     return shown.stdout.splitlines()[0]
 
 
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
 def machine(packages: tuple[str, ...]) -> dict[str, str]:
     """Processor, cores and versions."""
     facts = {
@@ -32,4 +39,4 @@ def machine(packages: tuple[str, ...]) -> dict[str, str]:
         "Python": platform.python_version(),
         "C compiler": _compiler_version(),
     }
-    return facts | {package: version(package) for package in packages}
+    return facts | {package: _version(package) for package in packages}

@@ -112,9 +112,19 @@ def count_of(problem: Problem) -> float:
 
 
 def lanes_of(problem: Problem) -> list[Lane]:
-    """The staircases as competitors see them."""
+    """The staircases as competitors see them, all of the longest one's number of intervals."""
     (lanes,) = problem.data.lanes
-    return [_lane(lanes, index) for index in range(lanes.run.size)]
+    found = [_lane(lanes, index) for index in range(lanes.run.size)]
+    longest = max(lane.intervals for lane in found)
+    return [lane._replace(course=_prolonged(lane.course, longest)) for lane in found]
+
+
+def _prolonged(course: Course, intervals: int) -> Course:
+    """The course up to so many intervals: as the last one, but that nothing changes. Nobody reads there."""
+    missing = 2 * intervals + 1 - course.time.size
+    step = course.time[-1] - course.time[-2]
+    time = np.append(course.time, course.time[-1] + step * np.arange(1, missing + 1))
+    return Course(time, *(np.pad(values, (0, missing), mode="edge") for values in course[1:]))
 
 
 def _prior_side(table: dict[str, float], data) -> dict[str, Array]:

@@ -42,5 +42,7 @@ def independent(problem: Problem, vector: Float[np.ndarray, " n"]) -> Coordinate
 
 
 def error(q: Coordinates, true: Coordinates, problem: Problem) -> float:
-    """Root mean square difference over all runs [counts]."""
-    return float(np.sqrt(np.mean((q - true) ** 2)) / count_of(problem))
+    """Root mean square difference over all runs' intervals with readings [counts]."""
+    (lanes,) = problem.data.lanes
+    seen = np.asarray(lanes.weight)[:, : q.shape[1]] > 0.0
+    return float(np.sqrt(np.mean((q - true)[seen] ** 2)) / count_of(problem))

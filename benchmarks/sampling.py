@@ -30,7 +30,10 @@ from muscle_bayes.inference.fit import FULL
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.problem import Problem
 
-PACKAGES = ("jax", "numpyro", "diffrax", "casadi", "pymc", "nutpie", "emcee", "pints", "arviz")
+PACKAGES = (
+    *("jax", "numpyro", "diffrax", "casadi", "pymc", "nutpie", "pystan", "httpstan", "emcee"),
+    *("pints", "arviz"),
+)
 CAP = 120.0
 """How long each sampler but ours draws [s], its compilation not counted."""
 PROCESSES = 2
@@ -60,8 +63,8 @@ class Entry:
     setup: float
     """Of importing and compiling, before `seconds`."""
     evaluations: int
-    """Of gradients (gradient-free samplers: of values) in all processes, warm-up included; NumPyro does
-    not tell those of the transition that the cap cuts off."""
+    """Of gradients (gradient-free samplers: of values) in all processes, warm-up included; NumPyro and Stan
+    do not tell those of the transition that the cap cuts off."""
     diverging: int
     """Draws that diverged after warm-up; -1 where the sampler does not tell."""
     density_off: float

@@ -35,7 +35,8 @@ class Ours(Competitor):
     def coordinates(self, vector: Float[np.ndarray, " n"]) -> Coordinates:
         (lanes,) = self.problem.data.lanes
         (predicted,) = predictions_at(vector, self.problem.layout, self.problem.data)
-        real = np.count_nonzero(np.diff(lanes.schedule.time[0]))
+        # Beyond the longest run there is only padding.
+        real = np.count_nonzero(np.diff(lanes.schedule.time), axis=1).max()
         return np.asarray(predicted.reading * lanes.scale[:, None])[:, :real]
 
     def __call__(self, vector: Float[np.ndarray, " n"]) -> Gradient:

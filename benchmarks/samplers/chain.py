@@ -13,6 +13,7 @@ WAYS = {
     "numpyro_diffrax": ("numpyro_nuts", "NumpyroDiffrax"),
     "pymc_casadi": ("pymc_casadi", "PymcCasadi"),
     "nutpie_casadi": ("nutpie_casadi", "NutpieCasadi"),
+    "stan": ("stan", "Stan"),
     "emcee_cvodes": ("emcee_moves", "EmceeCvodes"),
     "pints_cvodes": ("pints_metropolis", "PintsCvodes"),
     "emcee_floor": ("emcee_moves", "EmceeFloor"),

@@ -13,7 +13,7 @@ from benchmarks.competitors.ours import Ours
 from benchmarks.density import inputs_of, log_posterior, value_and_gradient
 from benchmarks.ode import Inputs, damping_for, rates
 from benchmarks.problem import INPUTS, count_of, lanes_of, posed, reference_point
-from benchmarks.reference import refined
+from benchmarks.reference import error, refined
 from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.lane_model import physical_of, plant_of
 from muscle_bayes.inference.problem import Problem
@@ -57,6 +57,28 @@ def test_floor_and_outer_density_give_our_coordinates_and_gradient(problem, poin
         np.testing.assert_allclose(
             other[1], gradient, rtol=1e-6, atol=1e-7 * np.abs(gradient).max()
         )
+
+
+def test_runs_of_different_length_are_given_alike() -> None:
+    """The longest decides; what is added has no reading, and the density is ours all the same."""
+    with jax.enable_x64(True):
+        several = posed(("staircase-139g", "staircase-166g"))
+        lanes, point = lanes_of(several), reference_point(several)
+        alone = [lanes_of(posed((run.name,)))[0].intervals for run in several.runs]
+        assert alone[0] != alone[1]
+        assert [lane.intervals for lane in lanes] == [max(alone)] * 2
+        shortest = int(np.argmin(alone))
+        assert not np.any(several.data.lanes[0].weight[shortest, alone[shortest] :])
+        assert all(np.all(np.diff(lane.course.time) > 0.0) for lane in lanes)
+        ours = Ours(several)
+        q = ours.coordinates(point)
+        assert q.shape == (2, max(alone))
+        assert log_posterior(point, q, several.layout, several.data) == pytest.approx(
+            ours(point)[0], rel=1e-10
+        )
+        beyond = q.copy()
+        beyond[shortest, alone[shortest] :] += 1.0
+        assert error(beyond, q, several) == 0.0
 
 
 def test_outer_gradient_is_that_of_its_value(problem, points) -> None:

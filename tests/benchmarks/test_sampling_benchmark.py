@@ -1,13 +1,19 @@
 """Samplers are judged alike; nothing here is timed, and none of their packages is needed."""
 
+import dataclasses
+import re
+from pathlib import Path
+
 import jax
 import numpy as np
 import pytest
 
+import benchmarks.samplers
 from benchmarks.judging import identified, judge, kept
 from benchmarks.problem import posed, reference_point
 from benchmarks.samplers.numpyro_nuts import NumpyroDiffrax, NumpyroOurs
 from benchmarks.samplers.protocol import Frame, whitened
+from benchmarks.samplers.stan_data import data_of
 from benchmarks.sampling_table import UNRELIABLE, busy_rate, rate, section
 
 EVERY = np.ones(3, bool)
@@ -133,6 +139,55 @@ def test_the_section_tells_rates_bounds_and_aims() -> None:
     results["entries"]["ours"] = ours | {"verdict": UNRELIABLE}
     assert section(results).count("**not shown**") == 2
     assert "reached R-hat <= 1.01" in text
+
+
+def test_stan_competes_with_the_others_on_cvodes() -> None:
+    ours = _entry("muscle_bayes", 1000.0, "converged")
+    ours |= {"walls": {"cold": 40.0, "warm": 20.0}, "stages": {"sampling": 10.0}}
+    results = {"machine": {}, "load": 0.1, "cap": 10.0, "processes": 2, "unknowns": 3}
+    results |= {"hardly_known": ["J", "D"], "largest_rhat": 1.05}
+    results["entries"] = {
+        "ours": ours,
+        "numpyro_ours": _entry("NumPyro NUTS on our density", 100.0, "usable"),
+        "nutpie_casadi": _entry("nutpie NUTS on CVODES", 5.0, UNRELIABLE),
+        "stan": _entry("Stan NUTS on CVODES", 10.0, UNRELIABLE),
+    }
+    text = section(results)
+    assert "| Stan NUTS on CVODES | not converged |" in text
+    assert "CVODES (Stan NUTS on CVODES) | 50 x | at least 100 x: holds" in text
+    assert "| Stan NUTS on CVODES | 4 | 0.4 | 250 |" in text
+    assert "Stan NUTS on CVODES 0.1" in text, "how far its density is off"
+    missing = {"sampler": "Stan NUTS on CVODES", "failure": "Stan needs a C++ compiler"}
+    results["entries"]["stan"] = missing
+    text = section(results)
+    assert "| Stan NUTS on CVODES | **fails:** Stan needs a C++ compiler |" in text
+    assert "CVODES (nutpie NUTS on CVODES) | 50 x" in text
+
+
+def test_stan_is_given_what_its_program_declares() -> None:
+    with jax.enable_x64(True):
+        problem = posed()
+        point = np.asarray(reference_point(problem))
+        frame = Frame(point, np.eye(point.size), np.empty((0, point.size)))
+        data = data_of(problem, frame)
+        contraction = problem.data.priors["contraction"].scale
+        starts = problem.data.priors["slow.start"].loc
+        shapes = problem.layout.shapes
+        other = dataclasses.replace(problem.layout, shapes=shapes[::-1])
+        with pytest.raises(ValueError, match="other unknowns"):
+            data_of(dataclasses.replace(problem, layout=other), frame)
+    program = Path(benchmarks.samplers.__file__).with_name("muscle.stan").read_text("utf-8")
+    block = program[program.index("\ndata {") : program.index("\nparameters {")]
+    assert set(data) == set(re.findall(r"(\w+);", block))
+    readings, instants = sum(data["intervals"]), sum(2 * n + 1 for n in data["intervals"])
+    for name in ("reading", "gap", "weight", "coarse"):
+        assert data[name].shape == (readings,)
+    for name in ("time", "base", "lead"):
+        assert data[name].shape == (instants,)
+    names = [name for name, shape in shapes for _ in range(int(np.prod(shape)))]
+    assert data["spread"][names.index("contraction")] == contraction
+    first = names.index("slow.start")
+    np.testing.assert_array_equal(data["location"][first : first + 3], starts)
 
 
 @pytest.mark.slow
