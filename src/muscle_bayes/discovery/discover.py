@@ -30,7 +30,6 @@ from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
-from muscle_bayes.inference.secants import polished
 from muscle_bayes.inference.starts import SETTLING_SHARE
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
@@ -128,10 +127,10 @@ def _result(
         links, function = (), unknown.instead
     if function is not None:
         stopped = "what is left is described by a function that nobody has named"
-    nominal_ = _judged(named.base, _polished(named.base), located)
+    nominal_ = _judged(named.base, named.base.polished(), located)
     steps, before = [], nominal_
     for link in (*links, *([] if function is None else [function])):
-        fitted = _polished(link.after)
+        fitted = link.after.polished()
         after = _judged(link.after, fitted, left if link.after is last else _located(link.after))
         steps.append(_step(link, fitted, before, after))
         before = after
@@ -164,10 +163,6 @@ def _verdict(steps: Sequence[Step], left: MisfitMap) -> str | tuple[str, ...]:
         return UNKNOWN if left.significant else NONE
     added = tuple(step.added for step in steps)
     return added[0] if len(added) == 1 else added
-
-
-def _polished(one: Explanation) -> Fitted:
-    return polished(one.search.train, one.fitted)
 
 
 def _settled(one: Prediction) -> Prediction:

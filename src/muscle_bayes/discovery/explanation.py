@@ -13,10 +13,11 @@ from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import unconstrained
 from muscle_bayes.inference.reduction import with_swings
+from muscle_bayes.inference.secants import polished
 
 SETTLED = 1.0
-"""Change of the log density below which a fit and what inertia adds to it agree [nat]."""
-MOST_ROUNDS = 3
+"""Rise of the log density below which a fit and what its point tells of the motion agree [nat]."""
+MOST_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -47,18 +48,36 @@ class Explanation:
 
         A search adds what inertia did to slow motion at the point where it began, and is linear in
         segments' starts about those that were most probable there; an effect that moves the
-        parameters far makes the rotor swing, and segments begin, otherwise.
+        parameters far makes the rotor swing, and segments begin, otherwise. A point counts by the
+        density with its own motion alone.
         """
-        search, fitted = self.search, self.fitted
-        for _ in range(MOST_ROUNDS):
-            nested = search.whole
-            values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
-            before = fitted.potential
-            search = search.over(nested.on(_solved(nested.problem, values)))
-            fitted = descend(search.train, fitted.effects, fitted.point)
-            if abs(before - fitted.potential) < SETTLED:
+        found = self._with_own_motion()
+        for _ in range(MOST_ROUNDS - 1):
+            nested, here = found.search.train, found.fitted
+            further = Explanation(found.search, descend(nested, here.effects, here.point))
+            # Far from where it was solved the motion is wrong, and may look likelier than any.
+            trial = further._with_own_motion()
+            if not trial.fitted.potential < here.potential - SETTLED:
                 break
-        return Explanation(search, fitted)
+            found = trial
+        return found
+
+    def polished(self) -> Fitted:
+        """The fit with derivatives over the posterior's width (`secants`), which may move it on.
+
+        It stays where it is if the point it would move to is less likely with its own motion.
+        """
+        train, here = self.search.train, self.fitted
+        found = polished(train, here)
+        judged = Explanation(self.search, found)._with_own_motion().fitted
+        worse = not judged.potential <= here.potential + SETTLED
+        return polished(train, here, rounds=0) if worse else found
+
+    def _with_own_motion(self) -> "Explanation":
+        nested, fitted = self.search.whole, self.fitted
+        values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
+        search = self.search.over(nested.on(_solved(nested.problem, values)))
+        return Explanation(search, descend(search.train, fitted.effects, fitted.point, 0))
 
 
 def _solved(problem: Problem, values: Values) -> Problem:

@@ -13,6 +13,7 @@ from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at, walls_at
 
 ROUNDS = 8
+"""Steps at most."""
 LEAST_GAIN = 0.05
 """Decrease of the potential that is not worth another round, once widths have settled."""
 WIDEST = 0.3
@@ -143,16 +144,16 @@ def _step(nested: Nested, fitted: Fitted) -> Fitted | None:
     return None
 
 
-def polished(nested: Nested, fitted: Fitted) -> Fitted:
+def polished(nested: Nested, fitted: Fitted, rounds: int = ROUNDS) -> Fitted:
     """`fitted`, moved on where its derivatives tell of its closest neighbourhood only.
 
     Where a rotor starts and stops to move, a reading's derivative jumps, and a descent by derivatives
     ends in notches far narrower than the posterior. Here errors are linearised by differences over
     the conditional standard deviation of each entry, which they tell in turn. The derivatives of the
-    fit that is returned, and so its information, are these differences.
+    fit that is returned, and so its information, are these differences; with no `rounds` it stays put.
     """
     groups, widths = _groups(nested, fitted.used), _widths(fitted)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         wide = _with_secants(fitted, _secants(nested, fitted, groups, widths))
         further = _step(nested, wide)
         wider = np.maximum(widths, _widths(wide))
