@@ -1,31 +1,62 @@
 """Draws of the prior, impossible ones left out."""
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool
+import numpyro.distributions as dist
+from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import is_possible
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 
+SAMPLERS: dict[type[dist.Distribution], Callable[..., np.ndarray]] = {
+    dist.Normal: lambda rng, size, loc, scale: rng.normal(loc, scale, size),
+    dist.LogNormal: lambda rng, size, loc, scale: rng.lognormal(loc, scale, size),
+    dist.HalfNormal: lambda rng, size, scale: np.abs(rng.normal(0.0, scale, size)),
+    dist.HalfCauchy: lambda rng, size, scale: np.abs(scale * rng.standard_cauchy(size)),
+    dist.Beta: lambda rng, size, concentration1, concentration0: rng.beta(
+        concentration1, concentration0, size
+    ),
+}
+"""Of the distributions in use, by NumPy's generator."""
 BATCH = 500
 ATTEMPTS = 100
 """Batches after which a prior is taken for impossible."""
 
 
-def sample_prior(key: Array, count: int, layout: Layout, data: Data) -> dict[str, Array]:
+def sample_prior(
+    key: Array, count: int, layout: Layout, data: Data
+) -> dict[str, Float[np.ndarray, "draw ..."]]:
     """`count` draws of all sampled values, possible or not.
 
-    Not one compiled program: that holds a random generator for each quantity, and takes seconds to
-    compile.
+    By NumPy: JAX would compile a random generator for each distribution and shape, which takes seconds.
     """
     keys = jax.random.split(key, len(layout.shapes))
+    seeds = np.asarray(jax.random.key_data(keys))
     return {
-        name: data.priors[name].sample(key, (count,))
-        for key, (name, _) in zip(keys, layout.shapes, strict=True)
+        name: _drawn(key, seed, count, *data.priors.family(name), shape)
+        for key, seed, (name, shape) in zip(keys, seeds, layout.shapes, strict=True)
     }
+
+
+def _drawn(
+    key: Array,
+    seed: np.ndarray,
+    count: int,
+    kind: type[dist.Distribution],
+    parameters: dict[str, Any],
+    shape: tuple[int, ...],
+) -> Float[np.ndarray, "draw ..."]:
+    sampler = SAMPLERS.get(kind)
+    if sampler is None:  # of an effect that is not ours
+        return np.asarray(kind(**parameters).sample(key, (count,)))
+    numbers = {name: np.asarray(value) for name, value in parameters.items()}
+    return sampler(np.random.default_rng(seed), (count, *shape), **numbers)
 
 
 @Program
@@ -43,10 +74,13 @@ def prior_draws(key: Array, count: int, layout: Layout, data: Data) -> dict[str,
     for attempt in range(ATTEMPTS):
         values = sample_prior(jax.random.fold_in(key, attempt), BATCH, layout, data)
         chosen = np.flatnonzero(_possible(values, layout, data))[:missing]
-        found.append({name: np.asarray(value)[chosen] for name, value in values.items()})
+        found.append({name: value[chosen] for name, value in values.items()})
         missing -= chosen.size
         if not missing:
-            return {name: jnp.concatenate([part[name] for part in found]) for name in found[0]}
+            return {
+                name: jnp.asarray(np.concatenate([part[name] for part in found]))
+                for name in found[0]
+            }
     raise MuscleBayesError(
         "hardly any prior draw is possible for these runs; check the geometry in their metadata "
         "(lengths in m, masses in kg, angles in rad)"

@@ -34,6 +34,11 @@ class Priors(Mapping[str, dist.Distribution]):
         parameters = zip(keys, self._parameters[name], strict=True)
         return family(**dict(parameters), validate_args=False)
 
+    def family(self, name: str) -> tuple[type[dist.Distribution], dict[str, Any]]:
+        """Class and parameters of a distribution, which is not made."""
+        kind, keys = self._families[name]
+        return kind, dict(zip(keys, self._parameters[name], strict=True))
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._families)
 
