@@ -14,12 +14,13 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.tolerance import tolerated
-from muscle_bayes.inference.density import constrain, unconstrain
+from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.record import is_slow
 from muscle_bayes.inference.reduction import with_swings
 from muscle_bayes.physics.effect import MUSCLE_PORTS
@@ -58,11 +59,11 @@ def nominal(
     rotor = [name for name in effects if acts_on_rotor(name)]
     first = without_runs(pose(parts[0], friction, rotor), hold_out)
     found = find_mode(key, first.layout, first.data)
-    values = constrain(found.vector, first.layout, first.data)
+    values = constrained_at(found.vector, first.layout, first.data)
     known = {name: dist.LogNormal(np.log(values[name]), FIXTURE_SPREAD) for name in ("J", "D")}
     second = without_runs(pose(parts[1], friction, effects, known), hold_out)
     found = find_mode(key, second.layout, second.data)
-    muscle = _referred(constrain(found.vector, second.layout, second.data), second, problem)
+    muscle = _referred(constrained_at(found.vector, second.layout, second.data), second, problem)
     # J and D as the runs without a muscle tell them: a larger D could hold their rotor still, and
     # nothing would tell the descent how to free it.
     both = muscle | values
@@ -81,7 +82,7 @@ def _solved(problem: Problem, mode: Mode) -> Problem:
     problem = replace(problem, data=pivoted(mode.vector, problem.layout, problem.data))
     # Also where it is more than a fit would leave to slow motion: each candidate would cost minutes,
     # and what inertia adds is found anew with every effect.
-    return with_swings(problem, constrain(mode.vector, problem.layout, problem.data))
+    return with_swings(problem, constrained_at(mode.vector, problem.layout, problem.data))
 
 
 def acts_on_rotor(effect: str) -> bool:
@@ -115,5 +116,5 @@ def nest(start: Nominal, candidates: Sequence[str]) -> tuple[Nested, Float[np.nd
         posed, layout=layout, data=data, lane_runs=problem.lane_runs, reduction=problem.reduction
     )
     nested = Nested(whole, tolerated(whole))
-    values = constrain(start.mode.vector, problem.layout, problem.data)
+    values = constrained_at(start.mode.vector, problem.layout, problem.data)
     return nested, nested.point(values, kept)

@@ -16,7 +16,6 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.blas import one_blas_thread
-from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.open_delay import with_open_delay
 from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
 from muscle_bayes.inference.pivots import pivoted
@@ -24,6 +23,7 @@ from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.preparation import Preparation, prepare
 from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.sampler import Draws, Effort, draw
 
@@ -51,7 +51,7 @@ def _improved(problem: Problem, mode: Mode) -> tuple[Problem, Mode]:
     """
     data = pivoted(mode.vector, problem.layout, problem.data)
     reduced = replace(problem, data=data)
-    whole = solved_adequately(reduced, constrain(mode.vector, problem.layout, data))
+    whole = solved_adequately(reduced, constrained_at(mode.vector, problem.layout, data))
     if whole.data is not reduced.data:
         found = refine(mode, whole.layout, whole.data)
         if np.isfinite(found.information).all():

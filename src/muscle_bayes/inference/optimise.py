@@ -93,7 +93,7 @@ def _starts_of(
 
 def _prior_draws(key: Array, count: int, layout: Layout, data: Data) -> Float[Array, "draw n"]:
     """Prior draws, unconstrained, every other one shrunk."""
-    factors = jnp.where(jnp.arange(count) % 2 == 0, 1.0, SHRUNK)
+    factors = np.where(np.arange(count) % 2 == 0, 1.0, SHRUNK)
     return _starts_of(sample_prior(key, count, layout, data), factors, layout, data)
 
 

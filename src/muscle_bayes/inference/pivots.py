@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.density import constrain, noise_of
+from muscle_bayes.inference.density import noise_of
 from muscle_bayes.inference.lane_model import Values
 from muscle_bayes.inference.noise import elapsed_time, reading_variance, whiten
 from muscle_bayes.inference.problem import Data, Lanes, Layout
-from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.programs import constrained_at, predictions_at
 
 ROUNDS = 8
 """Gauss-Newton steps; where motion sticks or reverses, the response bends."""
@@ -58,7 +58,9 @@ def pivoted(vector: Float[Array, " n"], layout: Layout, data: Data) -> Data:
 
     Data without segments are returned as they are.
     """
-    values = constrain(vector, layout, data)
+    if not any(layout.segmented):
+        return data
+    values = constrained_at(vector, layout, data)
 
     def fits(data: Data) -> list[_Fit | None]:
         predicted = predictions_at(vector, layout, data)
@@ -74,8 +76,6 @@ def pivoted(vector: Float[Array, " n"], layout: Layout, data: Data) -> Data:
         )
         return data._replace(lanes=tuple(lanes))
 
-    if not any(layout.segmented):
-        return data
     now = fits(data)
     for _ in range(ROUNDS):
         for trial in [moved(data, now, share) for share in SHARES]:

@@ -36,27 +36,25 @@ def sample_prior(
 
     By NumPy: JAX would compile a random generator for each distribution and shape, which takes seconds.
     """
-    keys = jax.random.split(key, len(layout.shapes))
-    seeds = np.asarray(jax.random.key_data(keys))
+    seeds = np.random.SeedSequence(np.asarray(jax.random.key_data(key)).tolist())
+    parts = seeds.spawn(len(layout.shapes))
     return {
-        name: _drawn(key, seed, count, *data.priors.family(name), shape)
-        for key, seed, (name, shape) in zip(keys, seeds, layout.shapes, strict=True)
+        name: _drawn(np.random.default_rng(part), (count, *shape), *data.priors.family(name))
+        for part, (name, shape) in zip(parts, layout.shapes, strict=True)
     }
 
 
 def _drawn(
-    key: Array,
-    seed: np.ndarray,
-    count: int,
+    rng: np.random.Generator,
+    size: tuple[int, ...],
     kind: type[dist.Distribution],
     parameters: dict[str, Any],
-    shape: tuple[int, ...],
 ) -> Float[np.ndarray, "draw ..."]:
     sampler = SAMPLERS.get(kind)
     if sampler is None:  # of an effect that is not ours
-        return np.asarray(kind(**parameters).sample(key, (count,)))
-    numbers = {name: np.asarray(value) for name, value in parameters.items()}
-    return sampler(np.random.default_rng(seed), (count, *shape), **numbers)
+        key = jax.random.key(rng.integers(2**31))
+        return np.asarray(kind(**parameters).sample(key, size[:1]))
+    return sampler(rng, size, **{name: np.asarray(value) for name, value in parameters.items()})
 
 
 @Program

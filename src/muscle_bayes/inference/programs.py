@@ -58,6 +58,12 @@ def predictions_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> li
 
 
 @Program
+def constrained_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
+    """Sampled values of an unconstrained vector."""
+    return constrain(vector, layout, data)
+
+
+@Program
 def constrained(vectors: Float[Array, "draw n"], layout: Layout, data: Data) -> dict[str, Array]:
     """Sampled values of unconstrained vectors."""
     return jax.vmap(lambda vector: constrain(vector, layout, data))(vectors)
