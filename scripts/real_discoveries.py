@@ -17,11 +17,13 @@ from muscle_bayes.report.style import save
 DOCS = Path(__file__).parents[1] / "docs"
 HELD_OUT = {"xl330-drop": ("drop-4",)}
 PUBLISHED = {
-    "xl330-drop": ("viscous-friction",),
+    "xl330-drop": ("viscous-friction", "stribeck-friction"),
     "emps": ("viscous-friction", "bias-torque"),
     "heating-wire": (),
 }
 """Effects beside Coulomb friction in the published fits; none was published for the wire."""
+NOT_IN_CATALOGUE = {"xl330-drop": "load-dependent friction"}
+"""Published too, but no candidate."""
 
 
 def told(name: str, found: Discovery, origins: dict[str, str]) -> str:
@@ -34,6 +36,8 @@ def told(name: str, found: Discovery, origins: dict[str, str]) -> str:
         against += (", ".join(named) or "none") + ". "
         more = [effect for effect in added if effect not in known]
         against += f"Found besides: {', '.join(more) or 'nothing'}."
+        if name in NOT_IN_CATALOGUE:
+            against += f" Published, but not in the catalogue: {NOT_IN_CATALOGUE[name]}."
     else:
         against = "Nothing is published for this rig in such terms; what follows is a finding, not a check."
     text = summary(found, origins).partition("\n")[2].replace("\n## ", "\n### ")
