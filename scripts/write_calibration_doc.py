@@ -26,9 +26,10 @@ uniform. All data are synthetic: rig, drive and times of readings are those of t
   again. That depends on readings alone, so ranks stay uniform.
 - **muscle**: its prior is so wide that in many of its draws the rotor lies at a stop and readings tell
   nothing. So parameters, each run's own included, are drawn from the posterior of the staircases as
-  measured, every run is recorded once more at these (from the same start), and they are ranked in the
-  posterior of both records (posterior SBC: Säilynoja, Schmitt, Bürkner, Vehtari 2025). That holds where
-  the fits of this rig are, and says nothing of the rest of the prior.
+  measured, every run is recorded once more at these (from the same start, with what inertia adds to slow
+  motion as that posterior has it), and they are ranked in the posterior of both records (posterior SBC:
+  Säilynoja, Schmitt, Bürkner, Vehtari 2025). That holds where the fits of this rig are, and says nothing
+  of the rest of the prior.
 
 A fit counts as converged with R-hat at most 1.05, a bulk effective sample size of 100 and no
 divergences. Ranks of fits that did not converge count like the others. Uniformity is tested by

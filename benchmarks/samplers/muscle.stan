@@ -68,9 +68,13 @@ functions {
       } else {
         beyond = q;
       }
-      real next = q + side * over / now[2];
-      if (now[2] <= 0 || (next - near) * (next - beyond) > 0) {
-        next = 0.5 * (near + beyond);
+      // Where the muscle is slack the slope is zero; a quotient by it would spoil the gradient, used or not.
+      real next = 0.5 * (near + beyond);
+      if (now[2] > 0) {
+        real newton = q + side * over / now[2];
+        if ((newton - near) * (newton - beyond) <= 0) {
+          next = newton;
+        }
       }
       if (abs(next - q) < 1e-12) {
         return next;
@@ -120,7 +124,7 @@ functions {
     real stationary = square(discrepancy);
     real spread = stationary;
     for (i in 1 : size(residual)) {
-      if (i > 1) {
+      if (gap[i] > 0) { // not the first, nor what a shorter run is held on for
         real moved = square(predicted[i] - predicted[i - 1]);
         real still = stationary * square(gap[i] / correlation_time);
         real running = gap[i] * (at_rest + (1 - at_rest) * moved / (moved + still));

@@ -14,6 +14,7 @@ import sys
 import sysconfig
 import tempfile
 import threading
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib.metadata import version
@@ -42,6 +43,10 @@ FLAGS = (
 LIBRARIES = ("sundials_cvodes", "sundials_idas", "sundials_nvecserial", "tbb")
 SERVICE = "hmc_nuts_diag_e_adapt"
 """What PyStan's `sample` calls."""
+LAST_WORDS = 8
+"""Of its messages, which are kept for the case that it gives up."""
+PATIENCE = 5.0
+"""For them to be read [s]."""
 WRITERS = 4
 """Connections that it opens: of messages, first point, draws and diagnostics."""
 
@@ -104,6 +109,7 @@ class Stan(Sampler):
         super().__init__(problem, frame)
         self._module = _module()
         self._data = data_of(problem, frame)
+        self._said: deque[str] = deque(maxlen=LAST_WORDS)
 
     def density(self, vector: Point) -> float:
         """Log posterior; Stan finds the solution's sensitivities on the way."""
@@ -130,10 +136,13 @@ class Stan(Sampler):
         server = socket.socket(socket.AF_UNIX)
         server.bind(path)
         server.listen(WRITERS)
-        threading.Thread(target=self._listen, args=(server, folder, record), daemon=True).start()
+        listener = threading.Thread(target=self._listen, args=(server, folder, record), daemon=True)
+        listener.start()
         record.begin()
         # Stan has its tape of derivatives in the main thread only.
         getattr(self._module, f"{SERVICE}_wrapper")(path, **given)
+        listener.join(PATIENCE)
+        raise RuntimeError("Stan stopped drawing: " + " ".join(self._said))
 
     def _listen(
         self, server: socket.socket, folder: tempfile.TemporaryDirectory, record: Record
@@ -151,6 +160,8 @@ class Stan(Sampler):
         for line in writer.makefile(encoding="utf-8"):
             message = json.loads(line)
             values = message["values"]
+            if message["topic"] == "logger":
+                self._said.append(" ".join(map(str, values)))
             if message["topic"] != "sample" or not isinstance(values, dict):
                 continue
             z = np.array([values[f"z.{i + 1}"] for i in range(self.frame.mode.size)])

@@ -133,12 +133,31 @@ def test_the_section_tells_rates_bounds_and_aims() -> None:
     results["entries"] |= {"numpyro_ours": free}
     text = section(results)
     assert "at most 0.5 | at least 200" in text
-    assert "| 4 | 0.4 | 250 |" in text, "two processes, half a second a gradient, 0.1 draws each"
-    assert "at least 200 x: holds" in text
+    paced = "| 4 | NumPyro NUTS on our density | 0.1 | 0.4 | 250 |"
+    assert paced in text, "two processes, half a second a gradient, 0.1 draws each"
+    assert "some 250 x: holds" in text, "less than the bound of its own draws"
     assert "50 x | 20 x: **missed**" in text
     results["entries"]["ours"] = ours | {"verdict": UNRELIABLE}
     assert section(results).count("**not shown**") == 2
     assert "reached R-hat <= 1.01" in text
+
+
+def test_few_draws_are_held_against_the_lesser_of_their_bound_and_their_pace() -> None:
+    ours = _entry("muscle_bayes", 1000.0, "converged")
+    ours |= {"walls": {"cold": 40.0, "warm": 20.0}, "stages": {"sampling": 10.0}}
+    results = {"machine": {}, "load": 0.1, "cap": 10.0, "processes": 2, "unknowns": 3}
+    results |= {"hardly_known": ["J", "D"], "largest_rhat": 1.05}
+    floor = _entry("emcee on the C floor", 20.0, UNRELIABLE)
+    few = _entry("emcee on CVODES", 288.0, UNRELIABLE)
+    results["entries"] = {"ours": ours, "emcee_cvodes": few}
+    aim = "emcee and PINTS on CVODES (emcee on CVODES) | 50 x | at least"
+    assert f"{aim} 3.47 x: **not shown**" in section(results)
+    results["entries"]["emcee_floor"] = floor
+    text = section(results)
+    assert f"{aim} 1.25e+03 x: holds" in text, "a bound on the floor stays one"
+    assert "| at most 0.02 | at most 0.08 | at least 1.25e+03 |" in text
+    few["quality"]["ess"] = 0.5
+    assert f"{aim} 2e+03 x: holds" in section(results), "now its own bound is the lesser"
 
 
 def test_stan_competes_with_the_others_on_cvodes() -> None:
@@ -154,8 +173,8 @@ def test_stan_competes_with_the_others_on_cvodes() -> None:
     }
     text = section(results)
     assert "| Stan NUTS on CVODES | not converged |" in text
-    assert "CVODES (Stan NUTS on CVODES) | 50 x | at least 100 x: holds" in text
-    assert "| Stan NUTS on CVODES | 4 | 0.4 | 250 |" in text
+    assert "CVODES (Stan NUTS on CVODES) | 50 x | some 250 x: holds" in text
+    assert "| Stan NUTS on CVODES | 4 | NumPyro NUTS on our density | 0.1 | 0.4 | 250 |" in text
     assert "Stan NUTS on CVODES 0.1" in text, "how far its density is off"
     missing = {"sampler": "Stan NUTS on CVODES", "failure": "Stan needs a C++ compiler"}
     results["entries"]["stan"] = missing

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.criticism import replicates
-from muscle_bayes.criticism.replicates import Template, replicate
+from muscle_bayes.criticism.replicates import Known, Template, replicate
 from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import lane_fits, log_prior
@@ -96,7 +96,7 @@ def test_draws_that_give_no_data_set_are_told(monkeypatch: pytest.MonkeyPatch) -
             replicate(problem, 0)
         size = sum(int(np.prod(shape)) for _, shape in problem.layout.shapes)
         with pytest.raises(MuscleBayesError, match="cannot be simulated again"):
-            replicate(problem, 0, [np.nan] * size)
+            replicate(problem, 0, Known([np.nan] * size))
 
 
 @pytest.mark.slow
@@ -115,7 +115,7 @@ def test_a_calibration_about_measured_runs_keeps_their_readings_and_redraws_at_a
         layout, data = problem.layout, problem.data
         draws = prior_draws(jax.random.key(1), 1, layout, data)
         vector = unconstrained(draws, layout, data)[0]
-        values, drawn = replicate(problem, 5, vector.tolist())
+        values, drawn = replicate(problem, 5, Known(vector.tolist()))
         np.testing.assert_allclose(values["J"], draws["J"][0], rtol=1e-12)
         (before,), (after,) = data.lanes, drawn.data.lanes
         np.testing.assert_array_equal(after.reading, before.reading)
@@ -129,6 +129,23 @@ def test_a_calibration_about_measured_runs_keeps_their_readings_and_redraws_at_a
         errors = np.asarray(found[0].errors)[:, before.reading.shape[1] :]
         seen = errors[np.asarray(before.weight) > 0]
         assert abs(seen.var() - 1.0) < 4.0 * np.sqrt(2.0 / seen.size)
+
+
+def test_slow_readings_are_redrawn_with_what_inertia_added_when_their_parameters_were_drawn() -> (
+    None
+):
+    with jax.enable_x64(True):
+        problem = Template((DATA / "staircase-166g.csv",)).problem()
+        draws = prior_draws(jax.random.key(1), 1, problem.layout, problem.data)
+        vector = unconstrained(draws, problem.layout, problem.data)[0]
+        added = np.full(problem.data.lanes[0].reading.shape, 2.0)
+        known = Known(vector.tolist())
+        without = replicate(problem, 5, known)[1].data.lanes[0].again
+        swung = replicate(problem, 5, known._replace(swings=[added.tolist()]))[1].data.lanes[0]
+        np.testing.assert_allclose(swung.again - without, added, atol=1e-9)
+        np.testing.assert_array_equal(swung.swing, added)
+        kept = replicate(problem, 5, known._replace(inertial=["staircase-166g"]))[1]
+        assert kept.data.lanes[0].fine is not None
 
 
 def test_a_run_that_nothing_pulls_back_is_refused(real_data: Path) -> None:
@@ -154,11 +171,13 @@ def test_nothing_is_drawn_from_a_posterior_that_did_not_converge(
 
 
 def test_every_data_set_has_its_own_draw_of_what_is_known() -> None:
-    known = [[float(number)] for number in range(50)]
+    vectors = [[float(number)] for number in range(50)]
+    known = {"vectors": vectors, "inertial": ["slow"], "swings": [[[0.5]]]}
     arguments = calibration_tasks(SPRINGS, 30, 7, known).arguments
     assert list(arguments) == [f"seed-{seed}" for seed in range(7, 37)]
     assert [one[1] for one in arguments.values()] == list(range(7, 37))
-    truths = [one[2][0] for one in arguments.values()]
+    truths = [one[2].vector[0] for one in arguments.values()]
     assert len(set(truths)) > 15
+    assert all(one[2][1:] == (["slow"], [[[0.5]]]) for one in arguments.values())
     more = calibration_tasks(SPRINGS, 40, 7, known).arguments
     assert [more[name] for name in arguments] == list(arguments.values())

@@ -1,7 +1,7 @@
 """`muscle-bayes sbc`: are the posteriors of these runs' kind calibrated?"""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,8 +15,8 @@ EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
 
 
-def _measured(template: "Template", seed: int, out: Path) -> list[list[float]]:
-    """Draws from the posterior of the runs as measured."""
+def _measured(template: "Template", seed: int, out: Path) -> dict[str, Any]:
+    """Draws from the posterior of the runs as measured, and how it was solved."""
     from muscle_bayes.criticism.sbc import measured_task
     from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.parallel.tasks import run_tasks
@@ -27,7 +27,7 @@ def _measured(template: "Template", seed: int, out: Path) -> list[list[float]]:
             "the posterior of the runs as measured did not converge, so no parameters can be drawn "
             "from it. Mend: see `muscle-bayes fit` on these runs, or try another --seed."
         )
-    return found["vectors"]
+    return found
 
 
 def sbc(

@@ -1,9 +1,9 @@
 """Data sets drawn from a model: parameters from what is known before, readings from the likelihood."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +20,14 @@ from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import disturbances
 from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import constrained, potential_at, solved_at, unconstrained
+from muscle_bayes.inference.programs import (
+    constrained,
+    constrained_at,
+    potential_at,
+    solved_at,
+    unconstrained,
+)
+from muscle_bayes.inference.reduction import with_inertia
 from muscle_bayes.inference.sampler import Effort, agree
 
 ATTEMPTS = 200
@@ -63,28 +70,56 @@ class Template:
         return problem
 
 
+class Known(NamedTuple):
+    """Parameters for one data set, and the model of which they are a draw."""
+
+    vector: Sequence[float]
+    """Unconstrained."""
+    inertial: Sequence[str] = ()
+    """Slow runs that are solved with full inertia."""
+    swings: Sequence[Any] | None = None
+    """What inertia adds to the others, of every group of lanes (lane, interval) [log's unit]."""
+
+    @classmethod
+    def drawn(cls, measured: Mapping[str, Any], index: int) -> Self:
+        """The draw of this index (modulo their number) in a result of `measured_draws`."""
+        vectors = measured["vectors"]
+        return cls(vectors[index % len(vectors)], measured["inertial"], measured["swings"])
+
+    def model(self, problem: Problem) -> Problem:
+        """The problem, solved as that was whose posterior was drawn from."""
+        values = constrained_at(jnp.asarray(self.vector), problem.layout, problem.data)
+        problem = with_inertia(problem, values, self.inertial)
+        if self.swings is None:
+            return problem
+        groups = zip(problem.data.lanes, self.swings, strict=True)
+        lanes = tuple(one._replace(swing=jnp.asarray(swing)) for one, swing in groups)
+        return replace(problem, data=problem.data._replace(lanes=lanes))
+
+
 @double_precision
 def measured_draws(template: Template, seed: int) -> dict[str, Any]:
-    """Draws from the posterior of the readings as they were measured.
+    """Draws from the posterior of the readings as they were measured, and how they were solved.
 
-    `converged` as in `rank_data_set`.
+    `converged` as in `rank_data_set`, the other keys as in `Known`: readings drawn without what
+    inertia adds to slow runs would not be of the model that has these draws.
     """
-    draws = sample(template.problem(), KNOWN_EFFORT, seed=seed).draws
+    solved, draws, _ = sample(template.problem(), KNOWN_EFFORT, seed=seed)
     every = draws.vector.reshape(-1, draws.vector.shape[-1])
     chosen = np.linspace(0, len(every) - 1, KNOWN_DRAWS).astype(int)
     return {
         "vectors": every[chosen].tolist(),
+        "inertial": [name for name, error in solved.reduction.items() if not error.tolerable],
+        "swings": [np.asarray(lanes.swing).tolist() for lanes in solved.data.lanes],
         "converged": agree(draws, KNOWN_EFFORT) and not bool(draws.diverging.any()),
     }
 
 
-def _candidates(
-    key: Array, problem: Problem, known: Sequence[float] | None
-) -> Iterator[Float[Array, " n"]]:
+def _candidates(key: Array, problem: Problem, known: Known | None) -> Iterator[Float[Array, " n"]]:
     """Unconstrained vectors: the known one, else draws from the prior."""
     layout, data = problem.layout, problem.data
     if known is not None:
-        yield jnp.asarray(known)
+        yield jnp.asarray(known.vector)
         return
     for attempt in range(ATTEMPTS):
         keys = jax.random.split(jax.random.fold_in(key, attempt), len(layout.shapes))
@@ -103,7 +138,7 @@ def _spans(reading: Array, weight: Array) -> Float[np.ndarray, " lane"]:
 
 @double_precision
 def replicate(
-    problem: Problem, seed: int, known: Sequence[float] | None = None
+    problem: Problem, seed: int, known: Known | None = None
 ) -> tuple[dict[str, Array], Problem]:
     """Values drawn from the prior, and the problem with readings redrawn there.
 
@@ -114,6 +149,8 @@ def replicate(
     they tell nothing. Ranks stay uniform, for whether a data set counts depends on its readings
     alone. Raises MuscleBayesError if no draw of the prior, or not the known one, gives any.
     """
+    if known is not None:
+        problem = known.model(problem)
     layout, data = problem.layout, problem.data
     key_values, key_readings = jax.random.split(jax.random.key(seed))
     for attempt, vector in enumerate(_candidates(key_values, problem, known)):

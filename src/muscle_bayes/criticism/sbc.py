@@ -13,6 +13,7 @@ from scipy.stats import chisquare
 from muscle_bayes.criticism.replicates import (
     KNOWN_EFFORT,
     LEAST_SPAN,
+    Known,
     Template,
     measured_draws,
     replicate,
@@ -46,9 +47,7 @@ def _flat(values: Mapping[str, Any], lead: int) -> dict[str, np.ndarray]:
 
 
 @double_precision
-def rank_data_set(
-    template: Template, seed: int, known: Sequence[float] | None = None
-) -> dict[str, Any]:
+def rank_data_set(template: Template, seed: int, known: Known | None = None) -> dict[str, Any]:
     """Ranks of one data set's truth among draws of its posterior, for every quantity.
 
     The truth is drawn from the prior, or is `known`, a draw of `measured_draws`. A rank
@@ -94,18 +93,18 @@ def measured_task(template: Template, seed: int) -> Tasks:
 
 
 def calibration_tasks(
-    template: Template, sets: int, seed: int, known: Sequence[Sequence[float]] | None = None
+    template: Template, sets: int, seed: int, measured: Mapping[str, Any] | None = None
 ) -> Tasks:
     """One task a data set; their results are those of `rank_data_set`.
 
-    Each has one of the `known` draws, if there are any, for its truth. Raises MuscleBayesError for
-    runs that cannot be read or be calibrated with.
+    Each has a draw of `measured`, a result of `measured_draws`, for its truth if there is any. Raises
+    MuscleBayesError for runs that cannot be read or be calibrated with.
     """
-    inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": known, "span": LEAST_SPAN}
+    inputs = _inputs(template, EFFORT) | {"ranks": RANKS, "known": measured, "span": LEAST_SPAN}
     arguments: dict[str, tuple[Any, ...]] = {}
     for one in range(seed, seed + sets):
-        chosen = np.random.default_rng(one)
-        truth = None if known is None else known[int(chosen.integers(len(known)))]
+        chosen = int(np.random.default_rng(one).integers(2**31))
+        truth = None if measured is None else Known.drawn(measured, chosen)
         arguments[f"seed-{one}"] = (template, one, truth)
     return Tasks(rank_data_set, arguments, inputs)
 
