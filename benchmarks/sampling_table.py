@@ -92,12 +92,16 @@ def _rows(entries: dict[str, dict[str, Any]]) -> list[str]:
     return head + [_row(entry, entries["ours"]) for entry in entries.values()]
 
 
+BOUND, ESTIMATE, SEEN = "at least ", "some ", ""
+"""What stands before a ratio of ours to a rate that is bounded, estimated, or seen in draws."""
+
+
 class Rate(NamedTuple):
     """Effective samples a second that a sampler has, and how this is known."""
 
     value: float
     known: str
-    """`at least ` before the ratio of ours to a bound, `some ` before that to an estimate, or nothing."""
+    """BOUND, ESTIMATE or SEEN."""
 
 
 def _at_own_pace(entries: dict[str, dict[str, Any]], name: str, processes: int) -> Rate | None:
@@ -106,7 +110,7 @@ def _at_own_pace(entries: dict[str, dict[str, Any]], name: str, processes: int) 
     if quick is None or quick["failure"]:
         return None
     each = quick["quality"]["ess"] / quick["evaluations"]
-    known = "at least " if quick["verdict"] == UNRELIABLE else "some "
+    known = BOUND if quick["verdict"] == UNRELIABLE else ESTIMATE
     return Rate(each * processes / entries[name]["call"], known)
 
 
@@ -114,8 +118,8 @@ def _known_rate(entries: dict[str, dict[str, Any]], name: str, processes: int) -
     """What its draws tell; where they only bound the rate, the least of this and of `_at_own_pace`."""
     entry = entries[name]
     if entry["verdict"] != UNRELIABLE:
-        return Rate(rate(entry), "")
-    bound = Rate(rate(entry), "at least ")
+        return Rate(rate(entry), SEEN)
+    bound = Rate(rate(entry), BOUND)
     paced = _at_own_pace(entries, name, processes)
     return bound if paced is None or paced.value >= bound.value else paced
 
@@ -139,7 +143,7 @@ def _aims(entries: dict[str, dict[str, Any]], processes: int) -> list[str]:
         theirs = rates[best]
         if ours >= wanted * theirs.value:
             holds = "holds"
-        elif theirs.known == "at least ":
+        elif theirs.known == BOUND:
             holds = "**not shown**, its draws only bound its rate"
         else:
             holds = "**missed**"
@@ -162,7 +166,7 @@ def _at_their_pace(entries: dict[str, dict[str, Any]], processes: int) -> list[s
         paced = _at_own_pace(entries, name, processes)
         if paced is None:
             continue
-        bound = paced.known == "at least "
+        bound = paced.known == BOUND
         each = entries[quick]["quality"]["ess"] / entries[quick]["evaluations"]
         cells = [
             entry["sampler"],

@@ -1,6 +1,9 @@
 """Data sets are drawn from the likelihood itself, and ranks that are not uniform are told."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -9,13 +12,14 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.criticism import replicates
-from muscle_bayes.criticism.replicates import Known, Template, replicate
+from muscle_bayes.criticism.replicates import KNOWN_DRAWS, Known, Template, replicate
 from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import lane_fits, log_prior
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import potential_at, unconstrained
+from muscle_bayes.inference.reduction import ReductionError
 from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
 
@@ -146,6 +150,35 @@ def test_slow_readings_are_redrawn_with_what_inertia_added_when_their_parameters
         np.testing.assert_array_equal(swung.swing, added)
         kept = replicate(problem, 5, known._replace(inertial=["staircase-166g"]))[1]
         assert kept.data.lanes[0].fine is not None
+
+
+@pytest.mark.parametrize(("rms", "inertial"), [(0.1, []), (0.7, ["staircase-166g"])])
+def test_draws_keep_how_the_model_was_solved_that_they_are_of(
+    rms: float, inertial: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with jax.enable_x64(True):
+        template = Template((DATA / "staircase-166g.csv",))
+        problem = template.problem()
+        (lanes,) = problem.data.lanes
+        swing = np.random.default_rng(2).normal(size=lanes.reading.shape)
+        solved = replace(
+            problem,
+            data=problem.data._replace(lanes=(lanes._replace(swing=swing),)),
+            reduction={"staircase-166g": ReductionError(rms, 2.0 * rms, 0.5)},
+        )
+        start = prior_draws(jax.random.key(1), 6, problem.layout, problem.data)
+        vectors = np.asarray(unconstrained(start, problem.layout, problem.data))
+        draws = SimpleNamespace(vector=vectors.reshape(2, 3, -1), diverging=np.zeros((2, 3), bool))
+        monkeypatch.setattr(replicates, "sample", lambda *_, **__: (solved, draws, {}))
+        monkeypatch.setattr(replicates, "agree", lambda *_: True)
+        measured = json.loads(json.dumps(replicates.measured_draws(template, 0)))
+        assert measured["converged"]
+        assert measured["inertial"] == inertial
+        known = Known.drawn(measured, 2 * KNOWN_DRAWS - 1)
+        np.testing.assert_array_equal(known.vector, vectors[-1])
+        (again,) = known.model(problem).data.lanes
+        np.testing.assert_array_equal(again.swing, swing)
+        assert (again.fine is not None) == bool(inertial)
 
 
 def test_a_run_that_nothing_pulls_back_is_refused(real_data: Path) -> None:

@@ -47,7 +47,7 @@ def calibration_figure(found: Calibration, title: str) -> Figure:
             poor = chances[one] * len(names) < 0.05
             axis.fill_between(ranks, low - uniform, high - uniform, color=GREY, alpha=0.3, lw=0)
             axis.plot(ranks, away, color=VERMILLION if poor else BLUE, drawstyle="steps-post")
-            axis.set_title(f"{one}  p {chances[one]:.2f}", fontsize=7, fontweight="normal")
+            axis.set_title(f"{one}  p {chances[one]:.2g}", fontsize=7, fontweight="normal")
         for axis in axes[-1]:
             axis.set_xlabel("rank of the truth")
         for axis in axes[:, 0]:
