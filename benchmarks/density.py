@@ -20,7 +20,7 @@ from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive
-from muscle_bayes.physics.quasistatic import settle
+from muscle_bayes.physics.slide import settle
 
 
 def means(values: Any) -> Any:
@@ -48,8 +48,9 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
         drive = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
         both = jnp.repeat(hyst, 2)
         ahead = overshoot(plant, q, both, drive)
-        levels = dry_levels(plant, q, both, drive)
-        q = settle(plant, q, both, drive, jnp.zeros_like(q), levels)
+        still = jnp.zeros_like(q)
+        levels = dry_levels(plant, q, both, drive, still)
+        q = settle(plant, q, both, drive, still, levels)
         return jnp.concatenate([shared, jnp.stack([q, hyst, ahead])])
 
     return jax.vmap(one)(lanes, start, first)

@@ -123,7 +123,10 @@ STRIBECK = {"breakaway": 0.003, "speed": 0.05}
 def test_loop_agrees_with_the_twin_where_dry_friction_sticks(stribeck):
     imposed, name = course(), "stribeck-friction"
     values = TABLE_1_COULOMB | TABLE_2 | HEATER
-    values |= {f"{name}.{key}": value for key, value in STRIBECK.items()} if stribeck else {}
+    if stribeck:
+        static = values["D"] + STRIBECK["breakaway"]
+        drop = STRIBECK["breakaway"] / static
+        values |= {"D": static, f"{name}.drop": drop, f"{name}.speed": STRIBECK["speed"]}
     joint = joint_of(values, friction="coulomb", effects=(name,) if stribeck else ())
     trace = loop(joint, GAINS, imposed)
     hidden = (make_effect(name, **STRIBECK),) if stribeck else ()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from example_plants import (
     BASE,
+    ROOM,
     TABLE_2,
     D,
     LinearSpring,
@@ -135,12 +136,26 @@ def test_quadratic_drag_slows_a_free_rotor_hyperbolically():
 
 
 BREAKAWAY, STRIBECK = 0.006, 0.4
+"""Friction at rest above D, and the speed at which that is lost."""
+
+
+class HeatedSpring(LinearSpring):
+    """Pushes with STIFFNESS per degree as well."""
+
+    def force(self, now, effects):
+        return super().force(now, effects) + STIFFNESS * (now.temperature - ROOM)
+
+
+def with_breakaway(speed):
+    """A rotor on a spring that slides at D and rests up to D + BREAKAWAY."""
+    static = CoulombFriction(jnp.asarray(D + BREAKAWAY))
+    made = plant(HeatedSpring(STIFFNESS), inertia=INERTIA, friction=static)
+    return made + StribeckFriction(jnp.asarray(BREAKAWAY / (D + BREAKAWAY)), jnp.asarray(speed))
 
 
 def test_stribeck_friction_swings_and_sticks_like_a_general_solvers():
     """Slip by slip: a slip ends where speed passes zero, and there the rotor sticks or turns back."""
-    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA)
-    made = made + StribeckFriction(jnp.asarray(BREAKAWAY), jnp.asarray(STRIBECK))
+    made = with_breakaway(STRIBECK)
     time = np.linspace(0.0, 3.0, 3001)
     seen = release(made, schedule(time), 0.4)
     exact, begun, q = np.full(time.size, np.nan), 0.0, 0.4
@@ -169,8 +184,7 @@ def test_stribeck_friction_swings_and_sticks_like_a_general_solvers():
 
 def test_stribeck_friction_in_slow_motion_breaks_away_and_slides_to_the_lower_level():
     """What a spring takes until the rotor breaks away is D + b; a jump's speed is far above v_s."""
-    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA)
-    made = made + StribeckFriction(jnp.asarray(BREAKAWAY), jnp.asarray(1e-3))
+    made = with_breakaway(1e-3)
     time = np.linspace(0.0, 100.0, 401)
     push = 3e-4 * 0.5 * (time[1:] + time[:-1])
     seen = creep(made, schedule(time, applied=lambda t: 3e-4 * t))
@@ -181,6 +195,45 @@ def test_stribeck_friction_in_slow_motion_breaks_away_and_slides_to_the_lower_le
         exact.append(q)
     assert len(set(exact)) == 5
     np.testing.assert_allclose(seen.sensed, exact, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.18, 0.3, 0.6])
+def test_stribeck_friction_in_slow_motion_glides_or_jumps_as_with_full_inertia(share):
+    """c = x' b / (p v_s^2): below 0.23 the rotor glides under friction at rest, above it jumps."""
+    pace, p = 2e-3, np.sqrt(STIFFNESS * INERTIA)
+    speed, force = np.sqrt(pace * BREAKAWAY / (share * p)), STIFFNESS * pace
+    assert BREAKAWAY / (p * speed) > 4.0
+    time = np.linspace(0.0, 100.0, 401)
+    seen = creep(with_breakaway(speed), schedule(time, lambda t: ROOM + pace * t))
+
+    q, begun, path = 0.0, 0.0, np.zeros(time.size)
+    while (begun := max(begun, (STIFFNESS * q + D + BREAKAWAY) / force)) < time[-1]:
+
+        def slope(t, y):
+            dry = D + BREAKAWAY * np.exp(-((y[1] / speed) ** 2))
+            return [y[1], (force * t - STIFFNESS * y[0] - dry) / INERTIA]
+
+        def stops(t, y):
+            return y[1]
+
+        stops.terminal, stops.direction = True, -1.0
+        options = EXACT | {"rtol": 1e-8, "atol": 1e-11}
+        # A thousandth of the pace, for nothing moves a rotor that is just balanced.
+        part = solve_ivp(slope, (begun, time[-1]), [q, 1e-3 * pace], events=stops, **options)
+        inside = (time >= begun) & (time <= part.t[-1])
+        path[inside] = part.sol(time[inside])[0]
+        q, begun = part.y[0, -1], part.t[-1]
+        path[time > begun] = q
+    lag = STIFFNESS * pace * time[1:] - STIFFNESS * path[1:]
+    ours = STIFFNESS * pace * 0.5 * (time[1:] + time[:-1]) - STIFFNESS * np.asarray(seen.sensed)
+    moving = time[1:] > 40.0
+    glides = np.ptp(lag[moving]) < 0.3 * BREAKAWAY
+    assert glides == (share < 0.23)
+    # Where it jumps, inertia carries it past the level to which slow motion slides.
+    assert (np.ptp(ours[moving]) < 0.3 * BREAKAWAY) == glides
+    assert ours[moving].max() == pytest.approx(lag[moving].max(), abs=0.1 * BREAKAWAY)
+    if glides:
+        assert ours[moving].mean() == pytest.approx(lag[moving].mean(), abs=0.1 * BREAKAWAY)
 
 
 def test_partial_heating_is_a_shorter_heater():

@@ -7,18 +7,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from muscle_bayes.physics.breakaway import dry_levels
-from muscle_bayes.physics.equilibrium import play
-from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.schedule import Schedule
+from muscle_bayes.physics.slide import Pair, force_over, settle
 
 GAMMA = 1.0 - 0.5**0.5
 """Coefficient that makes the two-stage Rosenbrock method ROS2 L-stable."""
-
-
-Pair = tuple[Scalar, Scalar]
-"""sigma_hyst of sides A and B. Scalars, not an array: that compiles to a third of the work."""
 
 
 class SlowState(NamedTuple):
@@ -32,27 +27,8 @@ class SlowState(NamedTuple):
     """Coordinate in the middle of the interval [rad or m]."""
 
 
-def _force(x: Scalar, args: tuple) -> Scalar:
-    """Force at x; effects that depend on speed see the mean speed of the move from the origin."""
-    plant, origin, hyst, drive, duration = args
-    speed = jnp.where(duration > 0.0, (x - origin) / jnp.where(duration > 0, duration, 1.0), 0.0)
-    return plant.force(x, speed, hyst, drive)
-
-
 once = jax.lax.optimization_barrier
 """Has a value computed once: else the compiler does so wherever it is used, with all derivatives."""
-
-
-def settle(
-    plant: Plant,
-    q: Scalar,
-    hyst: Pair | Float[Array, "2"],
-    drive: Drive,
-    duration: Scalar,
-    levels: DryLevels,
-) -> Scalar:
-    """Slide to equilibrium within `duration` [s] against dry friction of these levels."""
-    return play(_force, q, (plant, q, hyst, drive, duration), levels, plant.stops)
 
 
 def _sides(plant: Plant) -> tuple[int, ...]:
@@ -82,14 +58,14 @@ def _path(plant: Plant, q: Scalar, hyst: Pair, drive: Drive, duration: Scalar) -
     springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
     relieved: far too little, where MODULUS is stiff.
     """
-    dry, static = levels = dry_levels(plant, q, hyst, drive)
+    dry, static = levels = dry_levels(plant, q, hyst, drive, duration)
     at = once(settle(plant, q, hyst, drive, duration, levels))
-    pull, slope = jax.jvp(lambda x: _force(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
+    pull, slope = jax.jvp(lambda x: force_over(x, (plant, q, hyst, drive, duration)), (at,), (1.0,))
     relief = []
     for side in _sides(plant):
 
         def pull_at(value: Scalar, side=side) -> Scalar:
-            return _force(at, (plant, q, _with(hyst, side, value), drive, duration))
+            return force_over(at, (plant, q, _with(hyst, side, value), drive, duration))
 
         relief.append(jax.jvp(pull_at, (hyst[side],), (1.0,))[1])
     # How hard would the rotor be pulled at q, temperature and HYST having moved? HYST first takes back
@@ -217,7 +193,7 @@ def arrive(plant: Plant, state: SlowState, schedule: Schedule, index: Int[Array,
     )
     hyst = state.hyst[0], state.hyst[1]
     drive = Drive(after, load, applied)
-    levels = dry_levels(plant, state.q, hyst, drive)
+    levels = dry_levels(plant, state.q, hyst, drive, 0.5 * duration)
     q = settle(plant, state.q, hyst, drive, 0.5 * duration, levels)
     return _lasting(duration, index, state._replace(q=q), state)
 

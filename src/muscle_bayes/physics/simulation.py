@@ -15,9 +15,10 @@ from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import Motion, Remembered, remembering, starting
 from muscle_bayes.physics.overshoot import overshoot
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, settle, slow_step
+from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, slow_step
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
+from muscle_bayes.physics.slide import settle
 
 
 class Response(NamedTuple):
@@ -159,8 +160,8 @@ def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array
     schedule = filtered(grid.schedule, plant.temperature_filters)
     first = schedule.first
     plant = starting(plant, q, hyst, first)
-    levels = dry_levels(plant, q, hyst, first)
-    q = settle(plant, q, hyst, first, jnp.zeros_like(q), levels)
+    still = jnp.zeros_like(q)
+    q = settle(plant, q, hyst, first, still, dry_levels(plant, q, hyst, first, still))
     whole = _swung(plant, schedule, FastState(q, jnp.zeros_like(q), hyst))
     start = plant.sensed(q, hyst, first)
     ends = jnp.concatenate([start[None], whole.sensed])

@@ -12,33 +12,34 @@ from muscle_bayes.physics.linkage import Scalar
 
 
 class StribeckFriction(Effect):
-    """D -> D + b exp(-(q' / v_s)^2)
+    """D -> D (1 - f (1 - exp(-(q' / v_s)^2)))
 
-    b: `breakaway`, what friction withstands at rest above what it is while sliding [N m, or N where
-    motion is linear]; v_s: Stribeck `speed` [rad/s, or m/s].
-    Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2.
+    f: `drop`, the share of friction at rest that is lost while sliding fast [-]; v_s: Stribeck `speed`
+    [rad/s, or m/s]. So D is what friction withstands at rest, which is what slow motion tells.
+    Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), section 2, with
+    F_c = D (1 - f) and F_s = D.
     """
 
     name: ClassVar[str] = "stribeck-friction"
     port: ClassVar[Port] = "friction"
     dissipative: ClassVar[bool] = True
     parameters: ClassVar[Mapping[str, Parameter]] = {
-        "breakaway": Parameter(
-            unit="N m or N",
+        "drop": Parameter(
+            unit="1",
             off=0.0,
-            prior=lambda scales: dist.HalfNormal(0.1 * scales.force),
-            meaning="dry friction at rest above that while sliding",
+            prior=lambda scales: dist.Beta(1.0, 2.0),
+            meaning="share of dry friction at rest that is lost while sliding",
         ),
         "speed": Parameter(
             unit="rad/s or m/s",
             off=1.0,
             prior=lambda scales: dist.LogNormal(np.log(0.1 * scales.speed), 1.0),
-            meaning="speed at which little of it is left",
+            meaning="speed at which most of that is lost",
         ),
     }
 
-    breakaway: Scalar
+    drop: Scalar
     speed: Scalar
 
     def __call__(self, value: Scalar, signals: Signals) -> Scalar:
-        return value + self.breakaway * jnp.exp(-((signals.speed / self.speed) ** 2))
+        return value * (1.0 + self.drop * jnp.expm1(-((signals.speed / self.speed) ** 2)))
