@@ -137,13 +137,14 @@ def test_dissipative_effects_never_do_positive_work(effect):
     if not effect.dissipative:
         return
     assert effect.port in ("torque", "friction")
-    against = 1.0 if effect.port == "torque" else -1.0
     seen = signals(7, DRAWS)
     value = jnp.asarray(np.random.default_rng(8).uniform(size=DRAWS))
     for index in range(DRAWS):
         made = effect(**{key: draw[index] for key, draw in prior_draws(effect, 6).items()})
-        speed = seen.speed if effect.port == "torque" else jnp.abs(seen.speed)
-        power = against * (made(value, seen) - value) * speed
+        if effect.port == "torque":
+            power = (made(value, seen) - value) * seen.speed
+        else:  # what is left of dry friction, which may be less than without
+            power = -made(value, seen) * jnp.abs(seen.speed)
         assert float(power.max()) <= 0.0
         assert float(power.min()) < 0.0
 
