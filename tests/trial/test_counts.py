@@ -18,6 +18,7 @@ def _outcome(kind: str, hidden: list[str], verdict: list[str], **more) -> dict:
         "verdict": verdict,
         "tie": [],
         "ports": ["torque"],
+        "tied_ports": [],
         "port": "torque" if kind == "outside" else None,
         "excess": 2.0,
         "held_out": 1.0,
@@ -34,13 +35,25 @@ OUTCOMES = [
     _outcome("none", [], ["slack"], excess=0.0),
     _outcome("outside", ["detent"], ["unknown"]),
     _outcome("outside", ["tether"], ["slack"], ports=["tension"]),
+    _outcome(
+        "outside", ["detent"], ["unknown"], ports=["tension"], tied_ports=["tension", "torque"]
+    ),
     _outcome("pair", ["slack", "thermal-lag"], ["thermal-lag", "slack"]),
 ]
 
 
 def test_rates() -> None:
     found = {one.what: (one.hits, one.cases) for one in rates(OUTCOMES)}
-    assert list(found.values()) == [(2, 2), (1, 2), (1, 2), (1, 2), (1, 2), (1, 2), (1, 1)]
+    assert list(found.values()) == [
+        (2, 2),
+        (1, 2),
+        (1, 2),
+        (2, 3),
+        (1, 3),
+        (2, 3),
+        (1, 2),
+        (1, 1),
+    ]
 
 
 def test_intervals_are_exact() -> None:
@@ -53,7 +66,7 @@ def test_intervals_are_exact() -> None:
 
 def test_confusion_leaves_out_what_cannot_be_seen() -> None:
     assert confusion(OUTCOMES) == {
-        "detent": {"unknown": 1},
+        "detent": {"unknown": 2},
         "nothing": {"none": 1, "slack": 1},
         "slack": {"slack": 1, "thermal-lag": 1},
         "tether": {"slack": 1},

@@ -15,7 +15,9 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "write_trial_doc.py"
 def _outcomes(count: int) -> list[dict]:
     said = {"none": 0.9, "slack": 0.05, "unknown": 0.05}
     one = {"kind": "none", "hidden": [], "verdict": ["none"], "tie": [], "excess": 0.0}
-    return [one | {"probabilities": said, "ports": [], "port": None, "held_out": 1.0}] * count
+    return [
+        one | {"probabilities": said, "ports": [], "tied_ports": [], "port": None, "held_out": 1.0}
+    ] * count
 
 
 def test_figure_shows_each_share_with_its_interval() -> None:

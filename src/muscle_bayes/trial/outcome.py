@@ -15,6 +15,7 @@ from muscle_bayes.discovery.discover import discover
 from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.parallel.tasks import Tasks
+from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.trial.outside import OUTSIDE
@@ -38,6 +39,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "probabilities": dict(found.probabilities),
         "tie": list(found.steps[0].tie) if found.steps else [],
         "ports": [step.port for step in found.steps],
+        "tied_ports": sorted({effect_type(one).port for step in found.steps for one in step.tie}),
         "gates": [[step.gate.gain, step.gate.se, step.gate.by] for step in found.steps],
         "stopped_because": found.stopped_because,
         "excess": excess(found, noise),

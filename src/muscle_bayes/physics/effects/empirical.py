@@ -11,7 +11,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import Effect, Parameter, Port, Scales, Signals
 from muscle_bayes.physics.linkage import Scalar
 
-TERMS = 14
+TERMS = 22
 """Degree of the function: a polynomial without constant."""
 SIGNALS = ("q", "speed", "load", "strain", "hyst", "temperature")
 """What it may depend on."""
