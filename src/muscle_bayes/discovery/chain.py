@@ -8,12 +8,13 @@ from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.locate import locate
-from muscle_bayes.discovery.naming import Naming, weigh
+from muscle_bayes.discovery.naming import Naming, could_claim, weigh
 from muscle_bayes.discovery.search import compare
 from muscle_bayes.discovery.signatures import Regression, regression_on
 
 MOST = 3
 """Effects that are added at most."""
+NOTHING_LEFT = "nothing significant that a named effect explains remains"
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,8 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
 
     while True:
         search = current.search
+        if links and not could_claim(locate(search.train, current.fitted, search.seed).p_value):
+            return ended(NOTHING_LEFT)
         best, screened, fits = compare(
             search.train, current.fitted, remaining, search.seed, search.report
         )
@@ -77,7 +80,7 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
         naming = naming.supported(locate(search.train, best, search.seed).p_value)
         first = first or naming
         if not naming.claims:
-            return ended("nothing significant that a named effect explains remains")
+            return ended(NOTHING_LEFT)
         effect = naming.best
         after = Explanation(search, fits[effect]).settled()
         gate = judge(current, after)

@@ -29,6 +29,17 @@ def unexplained(p_value: float) -> float:
     return -1.0 / (math.e * p_value * np.log(p_value)) if p_value < 1.0 / math.e else 1.0
 
 
+def most_odds(p_value: float) -> float:
+    """Largest odds of all candidates together against none that a misfit's p-value supports."""
+    return unexplained(p_value) * (1.0 - PRIOR_NONE) / PRIOR_NONE
+
+
+def could_claim(p_value: float) -> bool:
+    """Whether a misfit of this p-value could have something claimed for it, whatever explains it."""
+    odds = most_odds(p_value)
+    return odds / (1.0 + odds) >= CLAIM
+
+
 @dataclass(frozen=True)
 class Naming:
     """What one comparison of candidates says."""
@@ -45,11 +56,11 @@ class Naming:
 
         Evidence rests on the model being right to the last; a misfit that cannot be seen in any
         window is none that an effect should be claimed for. Odds of all candidates together against
-        none stay below `unexplained(p_value)` times those a priori.
+        none stay below `most_odds(p_value)`.
         """
         none = self.probabilities[NONE]
         odds = (1.0 - none) / max(none, 1e-300)
-        limit = unexplained(p_value) * (1.0 - PRIOR_NONE) / PRIOR_NONE
+        limit = most_odds(p_value)
         if odds <= limit:
             return self
         share = limit / (1.0 + limit) / (1.0 - none)

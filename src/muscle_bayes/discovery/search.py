@@ -30,8 +30,10 @@ GROSS_STEPS = 12
 FAR = 200.0
 """A candidate that is this far behind another after its first steps stays as it is [nat]."""
 REVISITED, FUNCTIONS_REVISITED = 3, 1
-"""Candidates that are started again where they end, and in other basins, and from which the model
+"""Candidates that may be started again where they end, and in other basins, and from which the model
 without them is searched once more; of functions the likeliest alone."""
+OUT_OF_REACH = 100.0
+"""Log evidence that a candidate lacks of the best, searched to the end, to be searched no further [nat]."""
 AGAIN = 1_000
 """Added to the seed of a candidate's draws each time it is started again."""
 IN_VAIN = 2
@@ -163,6 +165,9 @@ def fit_candidates(
     }
     revisited = FUNCTIONS_REVISITED if all(map(_is_function, found)) else REVISITED
     for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:revisited]:
+        best_yet = max(one.log_evidence for one in found.values())
+        if found[effect].log_evidence < best_yet - OUT_OF_REACH:
+            break
         again = started_again(nested, base, found[effect], seed)
         found[effect] = with_best_basin(nested, again)
     return found
