@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.discovery.locate import SIGNIFICANT
-from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN, unexplained, weigh
+from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN, could_claim, unexplained, weigh
 
 BLOCKS = np.repeat(np.arange(40), 5)
 
@@ -98,6 +98,12 @@ def test_an_effect_is_no_likelier_than_the_misfit_is_significant() -> None:
     assert unseen.probabilities["b"] / unseen.probabilities["a"] == pytest.approx(ratio)
     assert sum(unseen.probabilities.values()) == pytest.approx(1.0)
     assert sure.supported(1e-12).claims
+
+
+@pytest.mark.parametrize("p_value", [0.6, 0.02, 0.0101, 0.0099, 1e-12])
+def test_a_search_is_given_up_only_where_the_surest_of_candidates_could_not_be_claimed(p_value):
+    sure = weigh(_scored(0.0, 0.0), {"a": _scored(0.2), "b": _scored(0.1)}, BLOCKS, 0)
+    assert could_claim(p_value) == sure.supported(p_value).claims
 
 
 def test_a_misfit_adds_nothing_to_the_evidence_for_effects() -> None:
