@@ -30,7 +30,7 @@ def test_polynomial_is_chebyshevs() -> None:
 @pytest.mark.parametrize("port", PORT_SIGNALS)
 def test_a_search_and_a_fit_use_the_same_function(port: str) -> None:
     signal = PORT_SIGNALS[port][0]
-    sizes = {f"c{order}": SIZES[order % 6] for order in range(1, TERMS + 1)}
+    sizes = {f"c{order}": SIZES[order % SIZES.size] for order in range(1, TERMS + 1)}
     named = effect_type(function_name(port, signal, -0.5, 1.5))(**sizes)
     weights = {f"w_{name}": float(name == signal) for name in SIGNALS}
     searched = effect_type(f"unknown-{port}")(**sizes, **weights, low=-0.5, high=1.5)
