@@ -19,7 +19,7 @@ def identifiability_figure(found: Identifiability) -> Figure:
         for place, (bar, row) in enumerate(zip(bars, rows, strict=True)):
             if row.edge:
                 bar.set(hatch="////", edgecolor="white")
-            text = f"{row.contraction:.2f}" + (f", at its {row.edge} bound" if row.edge else "")
+            text = f"{row.contraction:z.2f}" + (f", at its {row.edge} bound" if row.edge else "")
             axis.text(max(row.contraction, 0.0) + 0.01, place, text, va="center", fontsize=7)
         axis.axvline(1.0, color=GREY, linewidth=0.8)
         axis.set(xlim=(0.0, 1.25), xlabel="contraction from prior to posterior [1]")
