@@ -16,7 +16,7 @@ def bases(monkeypatch) -> list[float]:
     """Log evidence of the bases beside which candidates are screened, in order."""
     seen: list[float] = []
 
-    def screen(nested, base, names, seed):
+    def screen(nested, base, names, seed, workers):
         seen.append(base.log_evidence)
         return {name: [] for name in names}
 
@@ -25,17 +25,20 @@ def bases(monkeypatch) -> list[float]:
     monkeypatch.setattr(
         search,
         "fit_candidates",
-        lambda nested, base, screened, seed, report: {
+        lambda nested, base, screened, seed, report, workers: {
             "a": _fitted(base.log_evidence + 5.0),
             "b": _fitted(30.0 if base.log_evidence == 0.0 else 10.0),
         },
+    )
+    monkeypatch.setattr(
+        search, "searched_further", lambda nested, base, found, seed, workers: found
     )
     return seen
 
 
 def test_candidates_are_searched_anew_beside_a_better_base(bases, monkeypatch) -> None:
-    monkeypatch.setattr(search, "without_last", lambda nested, fits, base: _fitted(70.0))
-    found = search.compare(None, _fitted(0.0), ["a", "b"], 0)
+    monkeypatch.setattr(search, "without_last", lambda nested, fits, base, workers: _fitted(70.0))
+    found = search.search_candidates(None, _fitted(0.0), ["a", "b"], 0)
     assert bases == [0.0, 70.0]
     assert found.base.log_evidence == 70.0
     # Each at the best point of all rounds.
@@ -43,6 +46,6 @@ def test_candidates_are_searched_anew_beside_a_better_base(bases, monkeypatch) -
 
 
 def test_a_base_that_stays_is_compared_once(bases, monkeypatch) -> None:
-    monkeypatch.setattr(search, "without_last", lambda nested, fits, base: _fitted(1.0))
-    assert search.compare(None, _fitted(0.0), ["a", "b"], 0).base.log_evidence == 1.0
+    monkeypatch.setattr(search, "without_last", lambda nested, fits, base, workers: _fitted(1.0))
+    assert search.search_candidates(None, _fitted(0.0), ["a", "b"], 0).base.log_evidence == 1.0
     assert bases == [0.0]

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from muscle_bayes.discovery.blocks import blocks_of, in_dispute, likeliest
+from muscle_bayes.discovery.compare import compare
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.gate import Gate, gate_by_blocks, gate_by_runs
 from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import Naming, could_claim, weigh
-from muscle_bayes.discovery.search import compare
 from muscle_bayes.discovery.signatures import Regression, regression_on
 
 MOST = 3
@@ -66,13 +66,12 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
         search = current.search
         if links and not could_claim(locate(search.train, current.fitted, search.seed).p_value):
             return ended(NOTHING_LEFT)
-        best, screened, fits = compare(
-            search.train, current.fitted, remaining, search.seed, search.report
-        )
-        regression = regression or regression_on(best, screened)
-        current = Explanation(search, best)
+        compared = compare(current, remaining)
+        regression = regression or regression_on(compared.slow, compared.screened)
+        current, fits = compared.base, compared.fits
         if links:
             links[-1] = replace(links[-1], after=current)
+        search, best = current.search, current.fitted
         lines = traces(search.train, best)
         naming = weigh(
             best, fits, blocks_of(lines, in_dispute(best, likeliest(best, fits))), search.seed
@@ -82,14 +81,14 @@ def chain(base: Explanation, names: Sequence[str]) -> Chain:
         if not naming.claims:
             return ended(NOTHING_LEFT)
         effect = naming.best
-        after = Explanation(search, fits[effect]).settled()
+        after = compared.found[effect]
         gate = judge(current, after)
         if not gate.passed:
             return ended(
                 f"{effect} would come next, but does not predict unseen readings better: "
                 f"{gate.gain:+.1f} nat, standard error {gate.se:.1f}"
             )
-        rival = Explanation(search, fits[naming.tie[1]]) if naming.tie else None
+        rival = compared.found[naming.tie[1]] if naming.tie else None
         links.append(Link(effect, naming, current, after, gate, rival))
         current = after
         remaining.remove(effect)

@@ -58,12 +58,14 @@ def discover(
     candidates: Sequence[str] | None = None,
     seed: int = 0,
     report: Report = lambda stage, done, total: None,
+    workers: int = 2,
 ) -> Discovery:
     """Find what is missing from the model of these runs, which may have `effects` already.
 
     `hold_out` names runs that are predicted only, after their first part has told their own start.
     `candidates` are the catalogue's effects unless said. Raises MuscleBayesError for names that no
-    run has, when no run is left to fit, and for runs that cannot be fitted together.
+    run has, when no run is left to fit, and for runs that cannot be fitted together. `workers` candidates
+    are searched side by side; the result does not depend on their number.
     """
     _check(runs, hold_out)
     effects = with_open_delay(runs, effects)
@@ -78,8 +80,8 @@ def discover(
         start = nominal(runs, friction, effects, seed, hold_out)
     whole, point = nest(start, names)
     held = tuple(hold_out)
-    search = Search(whole, whole, held, seed, report).over(whole)
-    base = Explanation(search, descend(search.train, tuple(effects), point))
+    search = Search(whole, whole, held, seed, report, workers).over(whole)
+    base = Explanation(search, descend(search.train, tuple(effects), point)).settled()
     named = chain(base, names)
     located = _located(named.base)
     left = located if not named.links else _located(named.last)

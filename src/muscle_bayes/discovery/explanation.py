@@ -12,7 +12,7 @@ from muscle_bayes.inference.nested import Nested, values_at
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.inference.programs import unconstrained
-from muscle_bayes.inference.reduction import with_swings
+from muscle_bayes.inference.reduction import with_swings, without_swings
 from muscle_bayes.inference.secants import polished
 
 SETTLED = 1.0
@@ -30,10 +30,16 @@ class Search:
     held: tuple[str, ...]
     seed: int
     report: Report
+    workers: int = 1
+    """Candidates that are searched side by side; results do not depend on it."""
 
     def over(self, nested: Nested) -> "Search":
         """The same search in another nested model."""
         return replace(self, whole=nested, train=nested.on(without_runs(nested.problem, self.held)))
+
+    def without_swings(self) -> "Search":
+        """The same search in slow motion alone: what inertia adds to it is one point's own."""
+        return self.over(self.whole.on(without_swings(self.whole.problem)))
 
 
 @dataclass(frozen=True)

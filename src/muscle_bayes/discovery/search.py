@@ -11,6 +11,7 @@ from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_n
 from muscle_bayes.discovery.screen import Start, starts_of
 from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.side_by_side import side_by_side
 from muscle_bayes.physics.effects.empirical import PREFIX
 
 Report = Callable[[str, int, int], None]
@@ -106,7 +107,7 @@ def _from_new_draws(nested: Nested, base: Fitted, fitted: Fitted, seed: int) -> 
     return finished(nested, there, begun) if begun else fitted
 
 
-def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted:
+def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted, workers: int = 1) -> Fitted:
     """`base`, or what the likeliest candidates lead to without their last effect if that is likelier.
 
     Candidates had many starts; a base that stays at a poor local maximum would make all of them look
@@ -115,7 +116,11 @@ def without_last(nested: Nested, fits: Sequence[Fitted], base: Fitted) -> Fitted
     likely = sorted(fits, key=lambda one: -one.log_evidence)[:REVISITED]
     room = np.zeros(base.point.size - base.used)
     starts = [np.concatenate([one.point[: base.used], room]) for one in likely]
-    found = [descend(nested, base.effects, start) for start in starts]
+
+    def led_to(start: np.ndarray) -> Fitted:
+        return descend(nested, base.effects, start)
+
+    found = side_by_side(led_to, starts, workers)
     return max([base, *found], key=lambda one: one.log_evidence)
 
 
@@ -135,14 +140,16 @@ def _is_function(effect: str) -> bool:
 
 
 def screen(
-    nested: Nested, base: Fitted, effects: Sequence[str], seed: int
+    nested: Nested, base: Fitted, effects: Sequence[str], seed: int, workers: int = 1
 ) -> dict[str, list[Start]]:
     """Starts of each candidate, most promising first."""
     seen = as_white(nested, base) if is_gross(nested, base) else base
-    return {
-        effect: starts_of(nested, seen, effect, jax.random.key(seed + number))
-        for number, effect in enumerate(effects)
-    }
+
+    def starts(numbered: tuple[int, str]) -> list[Start]:
+        number, effect = numbered
+        return starts_of(nested, seen, effect, jax.random.key(seed + number))
+
+    return dict(zip(effects, side_by_side(starts, enumerate(effects), workers), strict=True))
 
 
 def fit_candidates(
@@ -151,29 +158,53 @@ def fit_candidates(
     screened: Mapping[str, Sequence[Start]],
     seed: int,
     report: Report = lambda name, done, total: None,
+    workers: int = 1,
 ) -> dict[str, Fitted]:
-    """The best fit of each candidate that can be simulated; the likeliest are searched further."""
+    """The best fit of each candidate that can be simulated.
+
+    `workers` candidates are searched side by side; the result does not depend on their number.
+    """
+
+    def first(effect: str) -> list[Fitted]:
+        return first_steps(nested, base, effect, screened[effect])
+
     begun = {}
-    for done, (effect, starts) in enumerate(screened.items()):
+    for done, (effect, steps) in enumerate(
+        zip(screened, side_by_side(first, screened, workers), strict=True)
+    ):
         report(effect, done, len(screened))
-        if steps := first_steps(nested, base, effect, starts):
+        if steps:
             begun[effect] = steps
     best = min((steps[0].potential for steps in begun.values()), default=0.0)
-    found = {
-        effect: finished(nested, base, steps) if steps[0].potential <= best + FAR else steps[0]
-        for effect, steps in begun.items()
-    }
-    revisited = FUNCTIONS_REVISITED if all(map(_is_function, found)) else REVISITED
-    for effect in sorted(found, key=lambda name: -found[name].log_evidence)[:revisited]:
-        best_yet = max(one.log_evidence for one in found.values())
-        if found[effect].log_evidence < best_yet - OUT_OF_REACH:
-            break
-        again = started_again(nested, base, found[effect], seed)
-        found[effect] = with_best_basin(nested, again)
-    return found
+
+    def last(effect: str) -> Fitted:
+        steps = begun[effect]
+        return finished(nested, base, steps) if steps[0].potential <= best + FAR else steps[0]
+
+    return dict(zip(begun, side_by_side(last, begun, workers), strict=True))
 
 
-class Compared(NamedTuple):
+def searched_further(
+    nested: Nested, base: Fitted, found: Mapping[str, Fitted], seed: int, workers: int = 1
+) -> dict[str, Fitted]:
+    """The candidates found, the likeliest started again and tried in other basins."""
+
+    def further(effect: str) -> Fitted:
+        return with_best_basin(nested, started_again(nested, base, found[effect], seed))
+
+    likely = _revisited(found)
+    return {**found, **dict(zip(likely, side_by_side(further, likely, workers), strict=True))}
+
+
+def _revisited(found: Mapping[str, Fitted]) -> list[str]:
+    """Candidates that are searched further, likeliest first."""
+    most = FUNCTIONS_REVISITED if all(map(_is_function, found)) else REVISITED
+    order = sorted(found, key=lambda name: -found[name].log_evidence)[:most]
+    reached = max((one.log_evidence for one in found.values()), default=0.0) - OUT_OF_REACH
+    return [effect for effect in order if found[effect].log_evidence >= reached]
+
+
+class Searched(NamedTuple):
     """Candidates, and the model without them, each at the best point that was found."""
 
     base: Fitted
@@ -181,24 +212,35 @@ class Compared(NamedTuple):
     fits: Mapping[str, Fitted]
 
 
-def compare(
+def search_candidates(
     nested: Nested,
     base: Fitted,
     names: Sequence[str],
     seed: int,
     report: Report = lambda name, done, total: None,
-) -> Compared:
+    workers: int = 1,
+) -> Searched:
     """Candidates beside `base`, or beside what they led to without themselves where that is likelier.
 
     A better base means better candidates: they are searched beside it once more, or those that began
     beside the poor one would be held against it.
     """
     fits: dict[str, Fitted] = {}
-    for _ in range(MOST_BASES):
-        screened = screen(nested, base, names, seed)
-        for name, one in fit_candidates(nested, base, screened, seed, report).items():
+
+    def with_these(found: Mapping[str, Fitted], base: Fitted) -> Fitted:
+        """The base after `found`, which `fits` keep where they are likelier."""
+        for name, one in found.items():
             fits[name] = max(fits.get(name, one), one, key=lambda fitted: fitted.log_evidence)
-        before, base = base, without_last(nested, list(fits.values()), base)
-        if base.log_evidence < before.log_evidence + BETTER:
+        return without_last(nested, list(fits.values()), base, workers)
+
+    for turn in range(1, MOST_BASES + 1):
+        screened, begun = screen(nested, base, names, seed, workers), base
+        found = fit_candidates(nested, base, screened, seed, report, workers)
+        base = with_these(found, base)
+        # What takes longest is not done beside a base that another takes the place of.
+        if turn == MOST_BASES or base.log_evidence < begun.log_evidence + BETTER:
+            found = searched_further(nested, begun, found, seed, workers)
+            base = with_these(found, base)
+        if base.log_evidence < begun.log_evidence + BETTER:
             break
-    return Compared(base, screened, fits)
+    return Searched(base, screened, fits)

@@ -9,11 +9,12 @@ import numpy as np
 from muscle_bayes.discovery import functions
 from muscle_bayes.discovery.blocks import blocks_of, in_dispute, likeliest
 from muscle_bayes.discovery.chain import Chain, Link, judge
+from muscle_bayes.discovery.compare import likelier, with_own_motion
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
-from muscle_bayes.discovery.search import fit_candidates, screen
+from muscle_bayes.discovery.search import fit_candidates, screen, searched_further
 from muscle_bayes.inference.descent import descend
 
 
@@ -61,18 +62,23 @@ def search_functions(start: Nominal, named: Chain) -> Unknown:
 
 def _function(before: Explanation, names: Sequence[str]) -> Link | None:
     """The best function beside `before`, if it is claimed and predicts unseen readings better."""
-    search = before.search
-    here = descend(search.train, before.fitted.effects, before.fitted.point)
-    screened = screen(search.train, here, names, search.seed)
-    found = fit_candidates(search.train, here, screened, search.seed, search.report)
-    if not found:
+    slow = before.search.without_swings()
+    here = descend(slow.train, before.fitted.effects, before.fitted.point)
+    screened = screen(slow.train, here, names, slow.seed, slow.workers)
+    searched = fit_candidates(slow.train, here, screened, slow.seed, slow.report, slow.workers)
+    if not searched:
         return None
-    lines = traces(search.train, here)
-    blocks = blocks_of(lines, in_dispute(here, likeliest(here, found)))
-    naming = weigh(here, found, blocks, search.seed)
+    searched = searched_further(slow.train, here, searched, slow.seed, slow.workers)
+    known = descend(before.search.train, before.fitted.effects, before.fitted.point)
+    before = likelier(Explanation(before.search, known), Explanation(slow, here).settled())
+    found = with_own_motion(slow, searched, before)
+    fits = {name: one.fitted for name, one in found.items()}
+    search, best = before.search, before.fitted
+    lines = traces(search.train, best)
+    blocks = blocks_of(lines, in_dispute(best, likeliest(best, fits)))
+    naming = weigh(best, fits, blocks, search.seed)
     if not naming.claims:
         return None
-    before = Explanation(search, here)
-    after = Explanation(search, found[naming.best]).settled()
+    after = found[naming.best]
     link = Link(naming.best, naming, before, after, judge(before, after), None)
     return link if link.gate.passed else None

@@ -29,8 +29,8 @@ SWING_STEP = 0.4
 """Steps with full inertia, in radians of the rotor's swing: half of it changes no distance by 1 %."""
 LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
 """Bounds of these steps, s."""
-EVEN = 2**14
-"""Steps of all runs are lengthened to a multiple of this, for few shapes to compile."""
+LEAST_STEPS = 2**14
+"""Runs are padded to this many steps, half as many more, or twice either: few shapes to compile."""
 
 
 class ReductionError(NamedTuple):
@@ -74,12 +74,20 @@ def _swing_rates(
     return jax.vmap(of_lane)(lanes, response)
 
 
+def _padded(steps: int) -> int:
+    """The least size that holds them of LEAST_STEPS times 1, 3/2, 2, 3, 4, 6..."""
+    size = LEAST_STEPS
+    while size < steps:
+        size *= 2
+    return 3 * size // 4 if size > LEAST_STEPS and steps <= 3 * size // 4 else size
+
+
 def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     """Fine grids of all lanes, stacked."""
     longest = np.clip(SWING_STEP / np.maximum(rates, 1e-9), SHORTEST_STEP, LONGEST_STEP)
     schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
     sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
-    size = -(-max(sizes) // EVEN) * EVEN
+    size = _padded(max(sizes))
     grids = [refined(one, limit, size) for one, limit in zip(schedules, longest, strict=True)]
     return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
 
@@ -136,7 +144,8 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
     )
 
 
-def _unswung(problem: Problem) -> Problem:
+def without_swings(problem: Problem) -> Problem:
+    """The problem without what inertia adds to slow motion."""
     lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in problem.data.lanes)
     return replace(problem, data=problem.data._replace(lanes=lanes))
 
@@ -147,7 +156,7 @@ def with_swings(problem: Problem, values: Values) -> Problem:
     Slow motion plus a constant is right at `values` and, to first order, near them: what stays is how
     the rotor's swings change with the parameters.
     """
-    problem = _unswung(problem)
+    problem = without_swings(problem)
     layout, data = problem.layout, problem.data
     slow = [
         problem.runs[i].name

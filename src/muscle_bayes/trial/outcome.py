@@ -27,7 +27,7 @@ def run_case(case: Case) -> dict[str, Any]:
         for name, run in data_set(case).items():
             write_run(Path(folder), name, run.log, run.metadata)
         runs = read_runs([Path(folder)])
-        found = discover(runs, hold_out=[HELD_OUT], seed=case.seed)
+        found = discover(runs, hold_out=[HELD_OUT], seed=case.seed, workers=1)
     noise = error_of_reading(runs)
     verdict = found.verdict
     return {
