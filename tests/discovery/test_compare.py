@@ -45,13 +45,13 @@ def _settled(
         lambda train, effects, point: SimpleNamespace(name=effects, log_evidence=point),
     )
     monkeypatch.setattr(_Moved, "gains", {name: told[2] for name, told in candidates.items()})
-    fits = {
+    fits: dict[str, Any] = {
         name: SimpleNamespace(name=name, effects=name, point=beside, log_evidence=slow)
         for name, (slow, beside, _) in candidates.items()
     }
     search: Any = SimpleNamespace(workers=workers)
     base: Any = SimpleNamespace(search=SimpleNamespace(train=None))
-    found = with_own_motion(search, fits, base)  # type: ignore[arg-type]
+    found = with_own_motion(search, fits, base)
     assert list(found) == list(fits)
     return {
         name: ("settled" if one.search == "settled" else "beside", one.fitted.log_evidence)
@@ -84,6 +84,10 @@ def test_none_wins_by_motion_that_is_not_its_own(monkeypatch) -> None:
         "far": ("settled", -600.0),
         "last": ("beside", -450.0),
     }
+
+
+def test_no_candidate_is_left(monkeypatch) -> None:
+    assert _settled(monkeypatch, 2) == {}
 
 
 @pytest.mark.slow

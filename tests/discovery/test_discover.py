@@ -53,6 +53,8 @@ def test_nothing_is_claimed_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert found.steps == ()
     assert found.probabilities["none"] > 0.5
     assert verdict_text(found) == "Nothing is missing that these runs could show."
+    alone = discover(read_runs([tmp_path]), hold_out=[HELD], candidates=CANDIDATES, workers=1)
+    assert alone.as_dict() == found.as_dict()
 
 
 def test_names_that_no_run_has(tmp_path: Path) -> None:

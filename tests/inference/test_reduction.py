@@ -35,6 +35,13 @@ def shipped() -> Problem:
         return pose(read_runs([DATA / f"{name}.csv" for name in SLOW]))
 
 
+def test_fine_grids_have_few_sizes_and_none_is_half_empty() -> None:
+    sizes = [reduction._padded(steps) for steps in range(1, 2**20, 997)]
+    assert len(set(sizes)) == 13
+    for steps, size in zip(range(1, 2**20, 997), sizes, strict=True):
+        assert steps <= size < max(1.5 * steps, reduction.LEAST_STEPS + 1)
+
+
 def test_values_stand_for_table_2(shipped: Problem) -> None:
     muscle = muscle_of(sampled(shipped), shipped.data)
     for name, value in TABLE_2.items():

@@ -63,7 +63,7 @@ def with_own_motion(
 ) -> dict[str, Explanation]:
     """Candidates found in slow motion alone: the likeliest, each settled with its own motion.
 
-    At most MOST_SETTLED of them, none OUT_OF_REACH of the best; the others are fitted with the motion
+    At most MOST_SETTLED of them, none OUT_OF_REACH behind the best; the others are fitted with the motion
     of `base`, and settled only while one of them would be likelier than all.
     """
     order = sorted(fits, key=lambda name: -fits[name].log_evidence)
@@ -83,7 +83,7 @@ def with_own_motion(
     far = [name for name in order if name not in near]
     found = dict(zip(near, side_by_side(settled, near, search.workers), strict=True))
     found |= dict(zip(far, side_by_side(beside, far, search.workers), strict=True))
-    while (best := max(found, key=lambda name: _evidence(found[name]))) not in near:
-        near.append(best)
+    while far and (best := max(found, key=lambda name: _evidence(found[name]))) in far:
+        far.remove(best)
         found[best] = found[best].settled()
     return {name: found[name] for name in fits}

@@ -168,12 +168,10 @@ def fit_candidates(
     def first(effect: str) -> list[Fitted]:
         return first_steps(nested, base, effect, screened[effect])
 
-    begun = {}
-    for done, (effect, steps) in enumerate(
-        zip(screened, side_by_side(first, screened, workers), strict=True)
-    ):
+    begun, results = {}, side_by_side(first, screened, workers)
+    for done, effect in enumerate(screened):
         report(effect, done, len(screened))
-        if steps:
+        if steps := next(results):
             begun[effect] = steps
     best = min((steps[0].potential for steps in begun.values()), default=0.0)
 
