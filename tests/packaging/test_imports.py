@@ -30,7 +30,8 @@ def state():
             list(warnings.filters), logging.getLogger().level, len(logging.getLogger().handlers),
             numpy.geterr(), numpy.get_printoptions()]
 
-import arviz, control, diffrax, distributed, numpyro, equinox, pandas, pydantic, serial, typer, rich
+import arviz, control, diffrax, distributed, numpyro, equinox, pandas, pydantic, serial, threadpoolctl
+import typer, rich
 before = state()
 import muscle_bayes
 names = [one.name for one in pkgutil.walk_packages(muscle_bayes.__path__, "muscle_bayes.")]
