@@ -5,11 +5,15 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array
 
 
-def with_forward_jacobian(function: Callable[[Float[Array, " n"], Any], Any]) -> Callable[..., Any]:
+def with_forward_jacobian(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
     """`function(x, aux)` whose derivative in x is its Jacobian, found once by forward mode.
+
+    `x` is an array, or several: what all lanes share and what is one lane's own are kept apart, so
+    that a condition on the former stays one where lanes are simulated side by side.
 
     A run depends on some ten numbers while a posterior has thirty or more: differentiating each run
     in its own inputs, and the rest around it in reverse mode, costs a third or less, and lets
@@ -17,17 +21,18 @@ def with_forward_jacobian(function: Callable[[Float[Array, " n"], Any], Any]) ->
     """
 
     @jax.custom_jvp
-    def wrapped(x: Float[Array, " n"], aux: Any) -> Any:
+    def wrapped(x: Any, aux: Any) -> Any:
         return function(x, aux)
 
     @wrapped.defjvp
     def rule(primals: Any, tangents: Any) -> Any:
         (x, aux), (dx, _) = primals, tangents
+        flat, of_flat = ravel_pytree(dx)
 
         def along(direction: Array) -> Any:
-            return jax.jvp(lambda y: function(y, aux), (x,), (direction,))
+            return jax.jvp(lambda y: function(y, aux), (x,), (of_flat(direction),))
 
-        value, rows = jax.vmap(along, out_axes=(None, 0))(jnp.eye(x.size, dtype=x.dtype))
-        return value, jax.tree.map(lambda row: jnp.tensordot(dx, row, axes=1), rows)
+        value, rows = jax.vmap(along, out_axes=(None, 0))(jnp.eye(flat.size, dtype=flat.dtype))
+        return value, jax.tree.map(lambda row: jnp.tensordot(flat, row, axes=1), rows)
 
     return wrapped

@@ -42,10 +42,10 @@ def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable[...,
     `structure` is that of Inputs. Forward mode over these few: the rest would cost as much each.
     """
 
-    def predict(moving: Array, aux: tuple[Array, Array, Lanes]) -> Motion:
-        fixed, index, lane = aux
-        leaves = fixed.at[index].set(moving[: index.size], mode="drop")
-        inputs = jax.tree.unflatten(structure, [*leaves, *moving[index.size :]])
+    def predict(moving: tuple[Array, Array], aux: tuple[Array, Array, Lanes]) -> Motion:
+        (fixed, index, lane), (shared, own) = aux, moving
+        leaves = fixed.at[index].set(shared, mode="drop")
+        inputs = jax.tree.unflatten(structure, [*leaves, *own])
         response = simulate_lane(inputs, lane, layout, regime)
         prediction = LanePrediction(response.averaged, None, response.finite * 1.0)
         return Motion(prediction, response.hyst[:, 0])
@@ -85,7 +85,7 @@ def motions_at(
         def of_run(lane: Lanes, origin: Origin, regime: str = regime) -> Motion:
             physical = jax.tree.unflatten(shape, list(leaves))
             structure = jax.tree.structure(Inputs(physical, origin))
-            both = jnp.concatenate([moving, jnp.stack(jax.tree.leaves(origin))])
+            both = moving, jnp.stack(jax.tree.leaves(origin))
             return _run_predictor(layout, regime, structure)(both, (fixed, index, lane))
 
         if cut:

@@ -34,8 +34,21 @@ def dry_levels(
     Below that it glides under D(x'); above, it jumps, and ends where D(0) - D(v) = p (v - x'). x' is
     the pace of a rotor that static friction holds all the way.
     """
+    even = DryLevels(plant.friction.dry, plant.friction.dry)
     if not plant.corrects("friction"):
-        return DryLevels(plant.friction.dry, plant.friction.dry)
+        return even
+    # Most models that hold such an effect among others have it off.
+    return jax.lax.cond(
+        plant.acts_on("friction"),
+        lambda: jax.tree.map(jnp.asarray, _uneven_levels(plant, q, hyst, drive, duration)),
+        lambda: jax.tree.map(lambda dry: jnp.zeros_like(q) + dry, even),
+    )
+
+
+def _uneven_levels(
+    plant: Plant, q: Scalar, hyst: Pair | Float[Array, "2"], drive: Drive, duration: Scalar
+) -> DryLevels:
+    """The same where effects act on dry friction."""
 
     def level(speed: Scalar) -> Scalar:
         return plant.dry_friction(q, speed, hyst, drive)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
@@ -70,6 +70,18 @@ class Plant(eqx.Module):
     def corrects(self, port: Port) -> bool:
         """Whether any effect corrects what this port carries."""
         return any(effect.port == port for effect in self.instant_effects)
+
+    def acts_on(self, port: Port) -> Bool[Array, ""]:
+        """Whether any effect on this port has a parameter that is not at its off value."""
+        return jnp.stack(
+            [
+                jnp.any(getattr(effect, key) != parameter.off)
+                for effect in self.instant_effects
+                if effect.port == port
+                for key, parameter in effect.parameters.items()
+            ]
+            or [jnp.asarray(False)]
+        ).any()
 
     @property
     def muscles(self) -> dict[int, Muscle]:
