@@ -66,16 +66,24 @@ def gate_by_runs(before: Explanation, after: Explanation, lines: Sequence[Trace]
     """By runs that were held out, of which `before` and `after` have seen only the start.
 
     The log predictive density of a run given the others is the log evidence of all less that of the
-    others (Laplace): what is not known of the run's own start is integrated out.
+    others (Laplace): what is not known of the run's own start is integrated out. All runs move the fit,
+    which counts with its own motion there as without them.
     """
     gain, difference = 0.0, np.zeros(before.fitted.errors.size)
     for one, sign in ((after, 1.0), (before, -1.0)):
-        seen = descend(one.search.whole, one.fitted.effects, one.fitted.point)
+        seen = _of_all_runs(one).fitted
         gain += sign * (seen.log_evidence - one.fitted.log_evidence)
         difference += sign * seen.log_densities
     held = [line for line in lines if line.run in before.search.held]
     blocks = blocks_of(held, np.abs(difference))
     return replace(_gate(difference, blocks, "runs"), gain=gain)
+
+
+def _of_all_runs(one: Explanation) -> Explanation:
+    """The same model fitted to held-out runs too."""
+    search = replace(one.search, held=()).over(one.search.whole)
+    fitted = descend(search.train, one.fitted.effects, one.fitted.point, 0)
+    return Explanation(search, fitted).settled()
 
 
 def gate_by_blocks(
