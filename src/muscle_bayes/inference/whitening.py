@@ -18,6 +18,7 @@ from muscle_bayes.inference.bend_friction import (
 from muscle_bayes.inference.bend_sizes import Sizes, sizes_at_mode, sizes_of_draws
 from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unscaled_rows
 from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.noise_moves import (
     Proposal,
     lasting_misfit,
@@ -89,7 +90,8 @@ def _at_mode(mode: Mode, bend: Bend, layout: Layout, data: Data) -> _Bent:
     centre = bent_rows(np.asarray(mode.vector)[None], bend, layout, data)[0]
     turn = turn_at(centre, bend, layout, data)
     information = turn.T @ np.asarray(mode.information) @ turn
-    return _Bent(centre, information, np.linalg.inv(information[np.ix_(inner, inner)]))
+    told = FactoredPrecision(information[np.ix_(inner, inner)])
+    return _Bent(centre, information, told.inverse())
 
 
 def whitening(mode: Mode, layout: Layout, data: Data) -> Whitening:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any, ClassVar
 
+import jax
 import jax.numpy as jnp
 import numpyro.distributions as dist
 
@@ -29,15 +30,38 @@ PREFIX = "unknown"
 
 
 def polynomial(coefficients: Sequence[Scalar], signal: Scalar, low: Scalar, high: Scalar) -> Scalar:
-    """sum_k c_k T_k(x), k = 1..TERMS: Chebyshev polynomials (Clenshaw's recurrence).
+    """sum_k c_k T_k(x), k = 1..TERMS: Chebyshev polynomials.
 
     x is the signal from -1 at `low` to 1 at `high`, held beyond.
     """
     x = jnp.clip(2.0 * (signal - low) / (high - low) - 1.0, -1.0, 1.0)
+    return _sum(tuple(coefficients), x)
+
+
+@jax.custom_jvp
+def _sum(c: tuple[Scalar, ...], x: Scalar) -> Scalar:
+    """sum_k c_k T_k(x), k from 1, by Clenshaw's recurrence."""
     ahead, after = jnp.zeros_like(x), jnp.zeros_like(x)
-    for coefficient in reversed(coefficients):
+    for coefficient in reversed(c):
         ahead, after = coefficient + 2.0 * x * ahead - after, ahead
     return x * ahead - after
+
+
+@_sum.defjvp
+def _sum_slope(primals: Any, tangents: Any) -> tuple[Scalar, Scalar]:
+    """T_k and the slope are worked out once for all directions, not along each of them."""
+    (c, x), (dc, dx) = primals, tangents
+    first, second = [x], [jnp.ones_like(x)]  # T_1.. and U_0..
+    before = jnp.ones_like(x), jnp.zeros_like(x)
+    for _ in c[1:]:
+        ahead = 2.0 * x * first[-1] - before[0], 2.0 * x * second[-1] - before[1]
+        before = first[-1], second[-1]
+        first.append(ahead[0])
+        second.append(ahead[1])
+    value = sum(a * b for a, b in zip(c, first, strict=True))
+    slope = sum(k * a * u for k, (a, u) in enumerate(zip(c, second, strict=True), 1))
+    moved = sum(a * b for a, b in zip(dc, first, strict=True))
+    return value, moved + slope * dx
 
 
 def applied(port: Port, value: Scalar, change: Scalar) -> Scalar:
@@ -83,7 +107,13 @@ class AnyFunction(Effect):
         chosen = sum(
             weight * getattr(signals, name) for weight, name in zip(self.w, SIGNALS, strict=True)
         )
-        return applied(self.port, value, polynomial(self.c, chosen, self.low, self.high))
+
+        def changed() -> Scalar:
+            return applied(self.port, still, polynomial(self.c, chosen, self.low, self.high))
+
+        # Of all ports that are searched together one has its function on: the others cost little.
+        still = value + jnp.zeros_like(chosen)
+        return jax.lax.cond(jnp.any(jnp.stack(self.w) != 0.0), changed, lambda: still)
 
 
 def _constant(off: float) -> Parameter:
