@@ -17,7 +17,7 @@ DATA = Path(__file__).parents[2] / "data"
 
 @double_precision
 def test_a_direction_that_is_told_far_better_than_others_leaves_them_a_width() -> None:
-    """Rounding makes the plain inverse of such a matrix lose its sign."""
+    """The plain inverse of such a matrix fails, or loses its sign by rounding."""
     problem = pose(read_runs([DATA / "spring-1.csv"]))
     mode = find_mode(jax.random.key(0), problem.layout, problem.data)
     inner = blocks(problem.layout).smooth

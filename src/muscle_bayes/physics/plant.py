@@ -72,16 +72,18 @@ class Plant(eqx.Module):
         return any(effect.port == port for effect in self.instant_effects)
 
     def acts_on(self, port: Port) -> Bool[Array, ""]:
-        """Whether any effect on this port has a parameter that is not at its off value."""
-        return jnp.stack(
-            [
-                jnp.any(getattr(effect, key) != parameter.off)
-                for effect in self.instant_effects
-                if effect.port == port
-                for key, parameter in effect.parameters.items()
-            ]
-            or [jnp.asarray(False)]
-        ).any()
+        """Whether any effect on this port is not off: has no parameters, or one not at its off value.
+
+        No derivative is seen through this: one that is off counts as absent, with its slopes there.
+        """
+        on = [
+            jnp.asarray(getattr(effect, key) != parameter.off)
+            for effect in self.instant_effects
+            if effect.port == port
+            for key, parameter in effect.parameters.items()
+        ]
+        bare = any(not effect.parameters for effect in self.instant_effects if effect.port == port)
+        return jnp.stack([jnp.asarray(bare), *on]).any()
 
     @property
     def muscles(self) -> dict[int, Muscle]:
