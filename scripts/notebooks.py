@@ -1,7 +1,7 @@
 """Run notebooks/*.py and write them as .ipynb with what they show.
 
-A notebook's cell tagged `parameters` says how long it computes and where results are kept; `--reduced`
-puts smaller numbers after it, enough to see that every cell runs and too few to believe.
+A notebook's cell tagged `parameters` says how long it computes and where results are kept; the latter is
+set anew after it, so that nothing of an earlier run is taken over.
 """
 
 import argparse
@@ -21,30 +21,22 @@ from muscle_bayes.compiled import keep_compiled_code
 
 PROJECT = Path(__file__).parents[1]
 NOTEBOOKS = PROJECT / "notebooks"
-REDUCED = {
-    "EFFORT": "type(EFFORT)(chains=2, warmup=60, draws=60, rounds=1, min_ess=1)",
-    "CANDIDATES": "('viscous-friction', 'bias-torque')",
-    "DRAWS": "8",
-    "TUNING": "type(TUNING)(starts=2, scout_draws=4, refined=1, steps=1)",
-}
-"""What `--reduced` sets, where a notebook has the parameter."""
 TIMEOUT = 1800
 """Longest cell, s."""
 INJECTED = "injected-parameters"
 
 
-def with_parameters(notebook: nbformat.NotebookNode, values: dict[str, str]) -> None:
-    """Add a cell that sets those of `values` which the cell tagged `parameters` names."""
+def keep_in(notebook: nbformat.NotebookNode, kept: Path) -> None:
+    """Add a cell that sets KEPT, where the cell tagged `parameters` names it."""
     for index, cell in enumerate(notebook.cells):
-        if "parameters" in cell.metadata.get("tags", ()):
-            set_there = [name for name in values if f"{name} =" in cell.source]
-            source = "\n".join(f"{name} = {values[name]}" for name in set_there)
+        if "parameters" in cell.metadata.get("tags", ()) and "KEPT =" in cell.source:
+            source = f"KEPT = Path({str(kept.resolve())!r})"
             cell = nbformat.v4.new_code_cell(source, metadata={"tags": [INJECTED]})
             notebook.cells.insert(index + 1, cell)
             return
 
 
-def execute(path: Path, out: Path, values: dict[str, str]) -> None:
+def execute(path: Path, out: Path, kept: Path) -> None:
     """Run one notebook in a kernel of its own; what was injected is left out of what is written."""
     notebook = jupytext.read(path)
     notebook.metadata.kernelspec = {
@@ -52,7 +44,7 @@ def execute(path: Path, out: Path, values: dict[str, str]) -> None:
         "display_name": "Python 3",
         "language": "python",
     }
-    with_parameters(notebook, values)
+    keep_in(notebook, kept)
     resources = {"metadata": {"path": str(NOTEBOOKS)}}
     quiet = ["--IPKernelApp.log_level=40"]  # not a warning a kernel about local sockets
     client = NotebookClient(
@@ -71,7 +63,6 @@ def main() -> int:
     parser.add_argument(
         "--kept", type=Path, help="folder of posteriors; OUT/kept, emptied, unless said"
     )
-    parser.add_argument("--reduced", action="store_true", help="with very little computing")
     asked = parser.parse_args()
     keep_compiled_code()
     os.environ.pop("MPLBACKEND", None)  # figures go into the notebook
@@ -80,13 +71,12 @@ def main() -> int:
     if asked.kept is None:
         shutil.rmtree(kept, ignore_errors=True)
     kept.mkdir(parents=True, exist_ok=True)
-    values = {"KEPT": f"Path({str(kept.resolve())!r})"} | (REDUCED if asked.reduced else {})
     failed = 0
     for path in asked.notebooks or sorted(NOTEBOOKS.glob("*.py")):
         begun, before = perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
         told = "ok"
         try:
-            execute(path, asked.out, values)
+            execute(path, asked.out, kept)
         except CellExecutionError as error:
             failed, told = failed + 1, f"FAILED\n{error}"
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
