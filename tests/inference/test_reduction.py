@@ -1,5 +1,6 @@
 """Slow motion without inertia is used where it is good enough, and only there."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -9,9 +10,11 @@ import pytest
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.inference import fit as fitting
 from muscle_bayes.inference import reduction
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.lane_model import muscle_of, responses
+from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import solved_at
@@ -111,6 +114,24 @@ def test_inertia_that_was_wanted_and_not_solved_is_told_as_unknown() -> None:
     assert found["fine"] == fine
     assert not np.isfinite(found["poor"].rms)
     assert found["poor"].tolerable
+
+
+@pytest.mark.parametrize(("largest", "kept"), [(1e10, True), (1e200, False), (np.nan, False)])
+def test_inertia_with_derivatives_that_mean_nothing_is_not_kept(
+    shipped: Problem, largest: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Derivatives of an unstable solution grow to any size long before they overflow."""
+    poor = ReductionError(0.9, 1.0, TOLERANCE)
+    heavy = replace(shipped, data=shipped.data._replace(), reduction={"sawtooth": poor})
+    size = sum(int(np.prod(shape)) for _, shape in shipped.layout.shapes)
+    mode = Mode(jnp.zeros(size), 0.0, np.eye(size), 0)
+    refined = mode._replace(information=largest * np.eye(size))
+    monkeypatch.setattr(fitting, "solved_adequately", lambda problem, values: heavy)
+    monkeypatch.setattr(fitting, "refine", lambda mode, layout, data: refined)
+    with jax.enable_x64(True):
+        problem, _ = fitting._improved(shipped, mode)
+    assert (problem.data is heavy.data) is kept
+    assert np.isfinite(problem.reduction["sawtooth"].rms) is np.bool_(kept)
 
 
 @pytest.mark.slow
