@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
+from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED
 
 pytestmark = [pytest.mark.slow, pytest.mark.real, pytest.mark.timeout(3600)]
 
@@ -20,7 +21,9 @@ LEFT_OUT = {
 def test_a_study_of_a_measured_rig(real_data, tmp_path, rig):
     asked = ["study", "--runs", str(real_data / rig), "--preset", "quick", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, asked, env={"COLUMNS": "200"})
-    assert result.exit_code == 0, result.output
+    told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    # The heated wire's one cycle does not tell friction from HYST: its chains need not agree.
+    assert result.exit_code == (EXIT_NOT_CONVERGED if told["not_converged"] else 0), result.output
     page = re.sub(r"\s+", " ", (tmp_path / "report.html").read_text(encoding="utf-8"))
     page = re.sub(r"<[^>]*>", "", page)
     assert "These data were measured." in page
@@ -29,7 +32,7 @@ def test_a_study_of_a_measured_rig(real_data, tmp_path, rig):
         assert f"{stage}: " in page
         assert why in page
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
-    told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert ("have NOT converged" in page) is bool(told["not_converged"])
     assert told["origin"] == ["measured"]
     discovery = json.loads((tmp_path / "results" / "discovery.json").read_text(encoding="utf-8"))
     assert sum(discovery["probabilities"].values()) == pytest.approx(1.0, abs=1e-6)
