@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference import sampler
+from muscle_bayes.inference import sampler, surrogate
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
@@ -16,7 +16,8 @@ from muscle_bayes.inference.preparation import prepare
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at, predictions_at
 from muscle_bayes.inference.sampler import Effort, draw
-from muscle_bayes.inference.surrogate import Surrogate, surrogate_of
+from muscle_bayes.inference.surrogate import Surrogate, first_surrogate, surrogate_of
+from muscle_bayes.inference.whitening import whitening
 
 DATA = Path(__file__).parents[2] / "data"
 EFFORT = Effort(warmup=120, draws=250, rounds=12)
@@ -65,6 +66,30 @@ def test_points_that_cannot_be_simulated_are_left_out():
     predicted[7] = [predicted[7][0]._replace(reading=np.full((2, 3), 1e6), finite=np.zeros(2))]
     found = surrogate_of(x, predicted)
     np.testing.assert_allclose(found.slope[0].reading[1, 2], [0.5, -2.0], atol=1e-6)
+
+
+@double_precision
+def test_points_beyond_an_edge_do_not_tilt_the_first_slopes(spring, monkeypatch):
+    """As where a rotor leaves the dead band that it began in, and all readings jump."""
+    problem, mode = spring
+    layout, data = problem.layout, problem.data
+    white = whitening(mode, layout, data)
+    arguments = jax.random.key(3), white, layout, data
+    smooth = first_surrogate(*arguments).slope[0].reading
+    edge = float(mode.vector[0]) + float(1.0 / np.sqrt(mode.information[0, 0]))
+    beyond = 0
+
+    def jumping(vector, layout, data):
+        nonlocal beyond
+        found = predictions_at(vector, layout, data)
+        far = float(vector[0]) > edge
+        beyond += far
+        return [one._replace(reading=one.reading + 100.0 * far) for one in found]
+
+    monkeypatch.setattr(surrogate, "predictions_at", jumping)
+    found = first_surrogate(*arguments).slope[0].reading
+    assert beyond > 0
+    np.testing.assert_allclose(found, smooth, atol=0.05 * np.abs(smooth).max())
 
 
 def test_a_coordinate_that_does_not_vary_has_no_slope():
@@ -130,7 +155,7 @@ def test_a_useless_surrogate_is_given_up(spring, monkeypatch):
 
     def useless(*arguments):
         middle, slope = first(*arguments)
-        return Surrogate(middle, jax.tree.map(lambda one: -3.0 * one, slope))
+        return Surrogate(middle, jax.tree.map(lambda one: -10.0 * one, slope))
 
     monkeypatch.setattr(sampler, "first_surrogate", useless)
     monkeypatch.setattr(

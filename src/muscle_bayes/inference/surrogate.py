@@ -12,13 +12,16 @@ from muscle_bayes.inference.bent_rows import bent_rows, unbent_rows
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.lane_model import LanePrediction
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.programs import potential_with, predictions_at
 from muscle_bayes.inference.whitening import Whitening
 
 POINTS = 4
 """Simulations per coordinate from which the slopes are first told."""
 MOST_POINTS = 400
 """Draws from which they are told later."""
+FAR = 10.0
+"""Nats by which a point may be less likely than the whitening has it, compared with the middle one, and
+tell slopes. Beyond the edge of a dead band readings jump, to which no slope leads."""
 
 
 class Surrogate(NamedTuple):
@@ -71,27 +74,49 @@ def surrogate_of(
 
 
 def first_surrogate(key: Array, white: Whitening, layout: Layout, data: Data) -> Surrogate:
-    """From points as the whitening has the posterior: wide differences instead of derivatives."""
+    """From points as the whitening has the posterior: wide differences instead of derivatives.
+
+    Those that the posterior does not have (FAR) are left out.
+    """
     inner = blocks(layout).smooth
     z = np.asarray(jax.random.normal(key, (POINTS * inner.size, inner.size)))
     points = np.tile(np.asarray(white.centre), (len(z), 1))
     points[:, inner] += z @ np.asarray(white.factor).T
-    return _learned(unbent_rows(points, white.bend, layout, data), white, layout, data)
+    vectors = unbent_rows(points, white.bend, layout, data)
+    predicted = _predicted(vectors, layout, data)
+    energy = [
+        float(potential_with(there, jnp.asarray(vector), layout, data))
+        for there, vector in zip(predicted, vectors, strict=True)
+    ]
+    surprise = np.nan_to_num(np.array(energy) - 0.5 * np.sum(z**2, axis=1), nan=np.inf)
+    near = np.flatnonzero(surprise <= np.median(surprise) + FAR)
+    return _through(vectors[near], [predicted[index] for index in near], white, layout, data)
 
 
 def learned_surrogate(
     vectors: Float[np.ndarray, "draw n"], white: Whitening, layout: Layout, data: Data
 ) -> Surrogate:
     """From draws of the posterior, at most MOST_POINTS of them."""
-    chosen = np.linspace(0, len(vectors) - 1, min(MOST_POINTS, len(vectors))).astype(int)
-    return _learned(vectors[chosen], white, layout, data)
+    spread = np.linspace(0, len(vectors) - 1, min(MOST_POINTS, len(vectors))).astype(int)
+    chosen = vectors[spread]
+    return _through(chosen, _predicted(chosen, layout, data), white, layout, data)
 
 
-def _learned(
-    vectors: Float[np.ndarray, "draw n"], white: Whitening, layout: Layout, data: Data
+def _predicted(
+    vectors: Float[np.ndarray, "point n"], layout: Layout, data: Data
+) -> list[list[LanePrediction]]:
+    return [jax.device_get(predictions_at(one, layout, data)) for one in vectors]
+
+
+def _through(
+    vectors: Float[np.ndarray, "point n"],
+    predicted: Sequence[list[LanePrediction]],
+    white: Whitening,
+    layout: Layout,
+    data: Data,
 ) -> Surrogate:
+    """Of points whose predictions are known."""
     inner, outer, _ = blocks(layout)
     away = bent_rows(vectors, white.bend, layout, data) - np.asarray(white.centre)
     z = np.linalg.solve(np.asarray(white.factor), away[:, inner].T).T
-    predicted = [jax.device_get(predictions_at(one, layout, data)) for one in vectors]
     return surrogate_of(np.hstack([z, away[:, outer]]), predicted)
