@@ -16,7 +16,7 @@ from muscle_bayes.inference.preparation import prepare
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at, predictions_at
 from muscle_bayes.inference.sampler import Effort, draw
-from muscle_bayes.inference.surrogate import Surrogate, first_surrogate, surrogate_of
+from muscle_bayes.inference.surrogate import first_surrogate, surrogate_of
 from muscle_bayes.inference.whitening import whitening
 
 DATA = Path(__file__).parents[2] / "data"
@@ -51,7 +51,7 @@ def linear_predictions(x: np.ndarray) -> list[LanePrediction]:
 def test_what_is_linear_is_found_exactly():
     rng = np.random.default_rng(0)
     x = rng.standard_normal((12, 2))
-    found = surrogate_of(x, [linear_predictions(one) for one in x])
+    found = surrogate_of(x, [linear_predictions(one) for one in x], [None])
     there = np.array([1.5, -0.3])
     np.testing.assert_allclose(
         found.at(jnp.asarray(there))[0].reading, linear_predictions(there)[0].reading, atol=1e-6
@@ -64,7 +64,7 @@ def test_points_that_cannot_be_simulated_are_left_out():
     predicted = [linear_predictions(one) for one in x]
     predicted[3] = [predicted[3][0]._replace(reading=np.full((2, 3), np.nan))]
     predicted[7] = [predicted[7][0]._replace(reading=np.full((2, 3), 1e6), finite=np.zeros(2))]
-    found = surrogate_of(x, predicted)
+    found = surrogate_of(x, predicted, [None])
     np.testing.assert_allclose(found.slope[0].reading[1, 2], [0.5, -2.0], atol=1e-6)
 
 
@@ -94,7 +94,7 @@ def test_points_beyond_an_edge_do_not_tilt_the_first_slopes(spring, monkeypatch)
 
 def test_a_coordinate_that_does_not_vary_has_no_slope():
     x = np.random.default_rng(2).standard_normal((12, 2)) * [1.0, 0.0]
-    found = surrogate_of(x, [linear_predictions(one) for one in x])
+    found = surrogate_of(x, [linear_predictions(one) for one in x], [None])
     np.testing.assert_allclose(found.slope[0].reading[0, 0], [0.5, 0.0], atol=1e-6)
 
 
@@ -136,8 +136,8 @@ def test_a_poor_surrogate_changes_no_draw_s_distribution(spring, monkeypatch):
     learned = sampler.learned_surrogate
 
     def worse(*arguments):
-        middle, slope = learned(*arguments)
-        return Surrogate(middle, jax.tree.map(lambda one: 1.2 * one, slope))
+        found = learned(*arguments)
+        return found._replace(slope=jax.tree.map(lambda one: 1.2 * one, found.slope))
 
     monkeypatch.setattr(sampler, "learned_surrogate", worse)
     bad, others = drawn(spring, 5)
@@ -154,8 +154,8 @@ def test_a_useless_surrogate_is_given_up(spring, monkeypatch):
     first = sampler.first_surrogate
 
     def useless(*arguments):
-        middle, slope = first(*arguments)
-        return Surrogate(middle, jax.tree.map(lambda one: -10.0 * one, slope))
+        found = first(*arguments)
+        return found._replace(slope=jax.tree.map(lambda one: -10.0 * one, found.slope))
 
     monkeypatch.setattr(sampler, "first_surrogate", useless)
     monkeypatch.setattr(

@@ -13,6 +13,7 @@ from muscle_bayes.inference.walled_moves import (
     WalledProposal,
     WalledState,
     move_walled,
+    offer_walled,
     tabulate,
 )
 from muscle_bayes.physics.springs import tensile_strain
@@ -38,8 +39,11 @@ def run_chain(energy_of, iterations: int, stride: float):
     """Vectors after each round of moves, started at VECTOR."""
     proposal = WalledProposal(jnp.full(2, stride), TABLE)
 
+    def offer_at(key, which, vector):
+        return offer_walled(key, which, vector, proposal, TENSION, LAYOUT)
+
     def step(state, key):
-        state = move_walled(key, state, energy_of, proposal, TENSION, LAYOUT)
+        state = move_walled(key, state, energy_of, offer_at, LAYOUT)
         return state, state.vector
 
     start = WalledState(jnp.asarray(VECTOR), energy_of(jnp.asarray(VECTOR)))

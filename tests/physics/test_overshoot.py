@@ -8,7 +8,7 @@ from example_plants import J, creep, muscle_plant, release, schedule
 from scipy.integrate import solve_ivp
 
 from muscle_bayes.physics.effects import ViscousFriction
-from muscle_bayes.physics.overshoot import FREE_LEAD, lead, overshoot
+from muscle_bayes.physics.overshoot import FREE_LEAD, ahead, lead, overshoot
 from muscle_bayes.physics.plant import Drive
 
 LOAD = 0.212
@@ -73,18 +73,22 @@ def test_slow_motion_ends_where_inertia_carries_the_rotor_on_average():
     misses, plain = np.array(misses), np.array(plain)
     assert np.abs(plain.mean()) > 5.0 * plain.std() / np.sqrt(plain.size)
     assert np.abs(misses.mean()) < 0.35 * np.abs(plain.mean())
-    assert overshoot(made, first, jnp.full(2, 0.02), drive) > 0.0
+    assert np.all(overshoot(made, first, jnp.full(2, 0.02), drive) > 0.0)
 
 
 def test_damping_and_lack_of_inertia_limit_the_overshoot():
     drive = Drive(jnp.full(2, PEAK), jnp.asarray(0.0), jnp.asarray(0.0))
     at = jnp.asarray(-0.2), jnp.full(2, 0.02), drive
-    free = overshoot(muscle_plant(), *at)
-    damped = overshoot(muscle_plant() + ViscousFriction(coefficient=0.1), *at)
+
+    def falling(plant):
+        return overshoot(plant, *at)[0]
+
+    free = falling(muscle_plant())
+    damped = falling(muscle_plant() + ViscousFriction(coefficient=0.1))
     np.testing.assert_allclose(damped / free, lead(1.0) / lead(0.0), rtol=1e-6)
-    np.testing.assert_allclose(overshoot(muscle_plant(inertia=0.5 * J), *at) / free, 0.5, rtol=1e-6)
-    assert overshoot(muscle_plant(inertia=0.0), *at) == 0.0
-    slope = jax.grad(lambda inertia: overshoot(muscle_plant(inertia=inertia), *at))
+    np.testing.assert_allclose(falling(muscle_plant(inertia=0.5 * J)) / free, 0.5, rtol=1e-6)
+    assert falling(muscle_plant(inertia=0.0)) == 0.0
+    slope = jax.grad(lambda inertia: falling(muscle_plant(inertia=inertia)))
     np.testing.assert_allclose(slope(J), free / J, rtol=1e-6)
 
 
@@ -92,4 +96,50 @@ def test_damping_and_lack_of_inertia_limit_the_overshoot():
 def test_slack_and_unstable_states_give_a_bounded_overshoot(slack):
     drive = Drive(jnp.full(2, PEAK), jnp.asarray(0.0), jnp.asarray(0.0))
     value = overshoot(muscle_plant(), jnp.asarray(slack), jnp.full(2, 0.5), drive)
-    assert 0.0 <= value <= 0.25 * FREE_LEAD
+    assert np.all((value >= 0.0) & (value <= 0.25 * FREE_LEAD))
+
+
+def test_it_does_not_depend_on_where_in_its_dead_band_the_rotor_began():
+    """Nor does the course of temperatures that slow motion follows."""
+    made = muscle_plant()
+    driven = heating(6.0)
+    hyst = jnp.full(2, 0.02)
+    starts = jnp.linspace(-0.6, 0.2, 9)
+    known = np.stack([overshoot(made, start, hyst, driven.first) for start in starts])
+    np.testing.assert_allclose(known, np.broadcast_to(known[0], known.shape), rtol=1e-6)
+    assert known[0, 0] != pytest.approx(known[0, 1], rel=1e-3)
+    courses = np.stack([ahead(made, start, hyst, driven) for start in starts])
+    np.testing.assert_allclose(courses, np.broadcast_to(courses[0], courses.shape), rtol=1e-6)
+
+
+def test_each_side_s_course_is_that_of_the_way_on_which_it_pulls_the_rotor():
+    """Heating that slows down ends a slide towards the side heated, cooling one away from it."""
+    made, hyst, still = muscle_plant(), jnp.full(2, 0.02), jnp.asarray(-0.2)
+    driven = heating(6.0)
+    cooling = driven._replace(
+        temperature=driven.temperature[::-1], braking=-jnp.abs(driven.braking)
+    )
+    falling, rising = overshoot(made, still, hyst, driven.first)
+    warm, cold = (float(driven.temperature[at, 0]) for at in (-1, 0))
+    pull = [
+        float(
+            made.force(
+                still,
+                jnp.asarray(0.0),
+                hyst,
+                driven.first._replace(temperature=driven.first.temperature.at[0].set(one)),
+            )
+        )
+        for one in (warm, cold)
+    ]
+    heated = rising if pull[0] > pull[1] else falling
+    cooled = falling if pull[0] > pull[1] else rising
+    np.testing.assert_allclose(
+        ahead(made, still, hyst, driven)[:, 0], heated * driven.braking[:, 0], rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        ahead(made, still, hyst, cooling)[:, 0],
+        overshoot(made, still, hyst, cooling.first)[0 if cooled is falling else 1]
+        * cooling.braking[:, 0],
+        rtol=1e-6,
+    )

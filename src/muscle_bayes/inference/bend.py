@@ -19,29 +19,19 @@ class Bend(NamedTuple):
     sizes: Sizes
 
 
-def unbent_smooth(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Unbent:
-    """The unconstrained vector from bent coordinates of the smooth entries; the others stay."""
+def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Unbent:
+    """The unconstrained vector from bent coordinates."""
     logs, sizes_volume = unbent_sizes(bent, bend.sizes, layout)
     crept, hyst_volume = unbent_hyst(logs, layout, data)
     stiff, stiffness_volume = unbent_stiffness(crept, layout, data)
-    vector, friction_volume = unbent_friction(stiff, bend.friction, layout, data)
-    return Unbent(vector, sizes_volume + hyst_volume + stiffness_volume + friction_volume)
-
-
-def unbent(bent: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Unbent:
-    """The unconstrained vector from bent coordinates."""
-    smooth, volume = unbent_smooth(bent, bend, layout, data)
+    smooth, friction_volume = unbent_friction(stiff, bend.friction, layout, data)
     vector, walls_volume = unbent_walls(smooth, layout, data)
-    return Unbent(vector, volume + walls_volume)
-
-
-def bent_smooth(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Array:
-    """Inverse of `unbent_smooth`."""
-    loose = bent_friction(vector, bend.friction, layout, data)
-    logs = bent_hyst(bent_stiffness(loose, layout, data), layout, data)
-    return bent_sizes(logs, bend.sizes, layout)
+    volume = sizes_volume + hyst_volume + stiffness_volume + friction_volume + walls_volume
+    return Unbent(vector, volume)
 
 
 def bent(vector: Float[Array, " n"], bend: Bend, layout: Layout, data: Data) -> Float[Array, " n"]:
     """Inverse of `unbent`."""
-    return bent_smooth(bent_walls(vector, layout, data), bend, layout, data)
+    loose = bent_friction(bent_walls(vector, layout, data), bend.friction, layout, data)
+    logs = bent_hyst(bent_stiffness(loose, layout, data), layout, data)
+    return bent_sizes(logs, bend.sizes, layout)

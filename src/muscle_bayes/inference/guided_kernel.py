@@ -12,7 +12,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from muscle_bayes.inference.bend import unbent
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
@@ -33,8 +32,7 @@ from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.surrogate import Surrogate
-from muscle_bayes.inference.walled_moves import offer_walled
-from muscle_bayes.inference.whitening import Whitening, whitened
+from muscle_bayes.inference.whitening import Whitening, offer, placed, whitened
 
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
@@ -105,10 +103,9 @@ def guided_kernel_of(layout: Layout) -> Kernel:
 
     def start(key: Array, white: Whitening, data: Data) -> GuidedState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
-        bent = white.centre.at[inner].add(white.factor @ jax.random.normal(key_z, (inner.size,)))
-        vector = disperse(
-            key_noise, unbent(bent, white.bend, layout, data).vector, white.noise, layout
-        )
+        z = jax.random.normal(key_z, (inner.size,))
+        point = placed(z, white.centre, white, layout, data).point
+        vector = disperse(key_noise, point.vector, white.noise, layout)
         shapes = jax.eval_shape(simulate, vector, data)
         nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
         return GuidedState(vector, nothing, key_rest, ADAPTATION[0]())
@@ -122,15 +119,10 @@ def guided_kernel_of(layout: Layout) -> Kernel:
         here = _Here(moved.vector, moved.energy, here.predicted)
         # While the smooth entries move, the walled ones keep their distance from walls.
         rest = here.vector.at[outer].set(bent_walls(here.vector, layout, data)[outer])
-        walled_away = rest[outer] - white.centre[outer]
-
-        def point_of(z: Array) -> Unbent:
-            placed = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-            return unbent(placed, white.bend, layout, data)
 
         def along(z: Array) -> tuple[Array, Unbent]:
-            predicted = surrogate.at(jnp.concatenate([z, walled_away]))
-            point = point_of(z)
+            point, x = placed(z, rest, white, layout, data)
+            predicted = surrogate.at(x)
             return potential_given(predicted, point.vector, layout, data) - point.log_volume, point
 
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
@@ -192,21 +184,18 @@ def guided_kernel_of(layout: Layout) -> Kernel:
                 return by_trajectory(key_offer, here, white, surrogate, data, step)
 
             def walled() -> _Offer:
-                entry = index - 1
-                offer = offer_walled(
-                    key_offer, entry, here.vector, white.walled, data.tension, layout
-                )
-                return _Offer(here, *offer, told)
+                proposed = offer(key_offer, index - 1, here.vector, white, layout, data)
+                return _Offer(here, *proposed, told)
 
-            offer = jax.lax.cond(index == 0, trajectory, walled) if outer.size else trajectory()
-            found = simulate(offer.there, data)
-            there = _Here(offer.there, potential_given(found, offer.there, layout, data), found)
-            rise = _or_infinite(there.energy - offer.here.energy - offer.log_odds)
+            made = jax.lax.cond(index == 0, trajectory, walled) if outer.size else trajectory()
+            found = simulate(made.there, data)
+            there = _Here(made.there, potential_given(found, made.there, layout, data), found)
+            rise = _or_infinite(there.energy - made.here.energy - made.log_odds)
             acceptance = jnp.exp(jnp.minimum(-rise, 0.0))
             accepted = jax.random.uniform(key_accept) < acceptance
-            here = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), there, offer.here)
+            here = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), there, made.here)
             judged = jnp.where(index == 0, acceptance, told.acceptance)
-            return here, offer.told._replace(acceptance=judged)
+            return here, made.told._replace(acceptance=judged)
 
         none = jnp.zeros(())
         begun = _Here(state.vector, none, state.predicted)

@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from numpyro.infer.hmc_util import dual_averaging
 
-from muscle_bayes.inference.bend import unbent, unbent_smooth
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
@@ -18,8 +17,8 @@ from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.walled_moves import WalledState, move_walled
-from muscle_bayes.inference.whitening import Whitening, whitened
+from muscle_bayes.inference.walled_moves import WalledOffer, WalledState, move_walled
+from muscle_bayes.inference.whitening import Whitening, offer, placed, whitened
 
 CHUNK = 50
 """Most iterations of one call; an interruption waits for at most these."""
@@ -60,7 +59,7 @@ class ChainState(NamedTuple):
     z: Float[Array, " smooth"]
     """Whitened smooth entries."""
     rest: Float[Array, " n"]
-    """Whole vector; only its walled and noise entries count."""
+    """The whole vector at z."""
     simulated: Simulated
     fresh: Bool[Array, ""]
     """Whether `simulated` is of this point."""
@@ -130,13 +129,7 @@ def kernel_of(layout: Layout) -> Kernel:
 
     # While the smooth entries move, the walled ones keep their distance from walls: `rest` is bent.
     def point_of(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-        return unbent(bent, white.bend, layout, data)
-
-    # While the walled entries move, the smooth ones stay: `rest` is not bent.
-    def point_with(z: Array, white: Whitening, data: Data, rest: Array) -> Unbent:
-        bent = rest.at[inner].set(white.centre[inner] + white.factor @ z)
-        return unbent_smooth(bent, white.bend, layout, data)
+        return placed(z, rest, white, layout, data).point
 
     begin_adaptation, adapt = ADAPTATION
 
@@ -151,9 +144,9 @@ def kernel_of(layout: Layout) -> Kernel:
 
     def start(key: Array, white: Whitening, data: Data) -> ChainState:
         key_z, key_noise, key_rest = jax.random.split(key, 3)
-        middle = unbent(white.centre, white.bend, layout, data).vector
-        rest = disperse(key_noise, middle, white.noise, layout)
         z = jax.random.normal(key_z, (inner.size,))
+        middle = point_of(z, white, data, white.centre).vector
+        rest = disperse(key_noise, middle, white.noise, layout)
         shapes = jax.eval_shape(simulate, z, white, data, rest)
         nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
         return ChainState(z, rest, nothing, jnp.asarray(False), key_rest, begin_adaptation())
@@ -225,8 +218,8 @@ def kernel_of(layout: Layout) -> Kernel:
         state: ChainState, white: Whitening, data: Data, step: Array
     ) -> tuple[ChainState, Transition]:
         key, key_length, key_accept, key_walled, *keys = jax.random.split(state.key, 6)
-        vector, _ = point_with(state.z, white, data, state.rest)
-        rest = state.rest.at[outer].set(bent_walls(vector, layout, data)[outer])
+        vector = state.rest
+        rest = vector.at[outer].set(bent_walls(vector, layout, data)[outer])
         adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
         step = jnp.where(step > 0.0, step, adapting)
         span = LONGEST_TRAJECTORY - SHORTEST_TRAJECTORY
@@ -258,7 +251,11 @@ def kernel_of(layout: Layout) -> Kernel:
                 return potential(vector, layout, data)
 
             begun = WalledState(vector, -log_density)
-            walled = move_walled(key_walled, begun, energy_at, white.walled, data.tension, layout)
+
+            def offer_at(key: Array, which: Array, vector: Array) -> WalledOffer:
+                return offer(key, which, vector, white, layout, data)
+
+            walled = move_walled(key_walled, begun, energy_at, offer_at, layout)
             fresh &= jnp.all(walled.vector == rest)
             rest = walled.vector
             z = whitened(rest, white, layout, data)

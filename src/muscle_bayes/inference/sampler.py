@@ -150,7 +150,7 @@ class _GuidedChains(_Chains):
     """Chains whose trajectories follow a surrogate."""
 
     def __init__(self, key: Array, layout: Layout, white: Whitening, data: Data, **others: Any):
-        self._layout = layout
+        self._layout, self._key = layout, key
         self._surrogate = first_surrogate(key, white, layout, data)
         super().__init__(white=white, data=data, **others)
 
@@ -171,7 +171,7 @@ class _GuidedChains(_Chains):
     def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
         super().rewhiten(vectors, layout)
         pooled = vectors.reshape(-1, vectors.shape[-1])
-        self._surrogate = learned_surrogate(pooled, self._white, layout, self._data)
+        self._surrogate = learned_surrogate(self._key, pooled, self._white, layout, self._data)
 
 
 def draw(

@@ -180,15 +180,17 @@ def move_walled(
     key: Array,
     state: WalledState,
     energy_at: Callable[[Array], Array],
-    proposal: WalledProposal,
-    tension: Float[Array, ""],
+    offer_at: Callable[[Array, Array, Array], WalledOffer],
     layout: Layout,
 ) -> WalledState:
-    """A proposal for each walled entry in turn, accepted by the energy."""
+    """A proposal for each walled entry in turn, accepted by the energy.
+
+    `offer_at(key, which, vector)` makes it.
+    """
 
     def propose(state: WalledState, now: tuple[Array, Array]) -> tuple[WalledState, None]:
         key_offer, key_accept = jax.random.split(now[0])
-        offer = offer_walled(key_offer, now[1], state.vector, proposal, tension, layout)
+        offer = offer_at(key_offer, now[1], state.vector)
         trial = WalledState(offer.vector, energy_at(offer.vector))
         chance = jnp.log(jax.random.uniform(key_accept))
         accept = chance < state.energy - trial.energy + offer.log_odds

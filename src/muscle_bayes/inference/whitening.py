@@ -8,17 +8,19 @@ import numpy as np
 from jax.scipy.linalg import solve_triangular
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.bend import Bend, bent_smooth
+from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import (
     FrictionScale,
     place_of_friction,
     scale_at_mode,
     scale_of_draws,
 )
+from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_sizes import Sizes, sizes_at_mode, sizes_of_draws
-from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unscaled_rows
+from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unbent_rows, unscaled_rows
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.factored import FactoredPrecision
+from muscle_bayes.inference.first_edges import Frame, squeeze_at
 from muscle_bayes.inference.noise_moves import (
     Proposal,
     lasting_misfit,
@@ -30,21 +32,41 @@ from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.ridge import (
+    SHARE,
+    Ridge,
+    has_ridge,
+    offer_along_ridge,
+    ridge_of,
+    scattered,
+)
 from muscle_bayes.inference.row_blocks import in_blocks
-from muscle_bayes.inference.walled_moves import Table, WalledProposal, tabulate
+from muscle_bayes.inference.squeeze import Squeeze, squeezed, unsqueezed
+from muscle_bayes.inference.walled_moves import (
+    Table,
+    WalledOffer,
+    WalledProposal,
+    offer_walled,
+    tabulate,
+)
 
+EDGE_POINTS = 3
+"""Points per coordinate by which edges of dead bands are first told."""
 TRUST = 20.0
 """Draws that the whitening at the mode counts for when it is rescaled."""
 
 
 class Whitening(NamedTuple):
-    """bent[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
+    """squeezed[smooth] = centre[smooth] + factor @ z: given the rest, nearly a standard normal in z."""
 
     centre: Float[Array, " n"]
     factor: Float[Array, "smooth smooth"]
     bend: Bend
     """What fixes bent coordinates."""
+    squeeze: Squeeze
+    """What fixes squeezed ones."""
     walled: WalledProposal
+    ridge: Ridge
     noise: Proposal
     misfit: Float[Array, " regime"]
     """Typical `lasting_misfit`."""
@@ -54,8 +76,54 @@ def whitened(
     vector: Float[Array, " n"], white: Whitening, layout: Layout, data: Data
 ) -> Float[Array, " smooth"]:
     """z of an unconstrained vector."""
-    away = bent_smooth(vector, white.bend, layout, data) - white.centre
+    there = squeezed(bent(vector, white.bend, layout, data), white.squeeze)
+    return _whitened(there, white, layout)
+
+
+def _whitened(there: Float[Array, " n"], white: Whitening, layout: Layout) -> Array:
+    away = there - white.centre
     return solve_triangular(white.factor, away[blocks(layout).smooth], lower=True)
+
+
+class Place(NamedTuple):
+    """What z stands for."""
+
+    point: Unbent
+    x: Float[Array, " x"]
+    """In coordinates in which predictions are nearly linear: whitened bent ones of the smooth entries, then
+    bent walled ones above the centre."""
+
+
+def placed(
+    z: Float[Array, " smooth"],
+    rest: Float[Array, " n"],
+    white: Whitening,
+    layout: Layout,
+    data: Data,
+) -> Place:
+    """The point at z, given the other entries of bent coordinates (that squeezed ones share)."""
+    inner, outer, _ = blocks(layout)
+    there = rest.at[inner].set(white.centre[inner] + white.factor @ z)
+    there, log_volume = unsqueezed(there, white.squeeze)
+    x = jnp.concatenate([_whitened(there, white, layout), there[outer] - white.centre[outer]])
+    vector, bent_volume = unbent(there, white.bend, layout, data)
+    return Place(Unbent(vector, log_volume + bent_volume), x)
+
+
+def offer(
+    key: Array,
+    which: Array,
+    vector: Float[Array, " n"],
+    white: Whitening,
+    layout: Layout,
+    data: Data,
+) -> WalledOffer:
+    """A proposal for the walled entry `which`, alone or along its ridge."""
+    key_kind, key_offer = jax.random.split(key)
+    along = offer_along_ridge(key_offer, which, vector, white.ridge, white.bend, layout, data)
+    alone = offer_walled(key_offer, which, vector, white.walled, data.tension, layout)
+    chosen = has_ridge(white.ridge)[which] & (jax.random.uniform(key_kind) < SHARE)
+    return jax.tree.map(lambda a, b: jnp.where(chosen, a, b), along, alone)
 
 
 @Program
@@ -115,7 +183,16 @@ def whitening(mode: Mode, layout: Layout, data: Data) -> Whitening:
     misfit = _typical_misfit(vector[noise][None], layout, data)
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
-    return Whitening(jnp.asarray(centre), jnp.asarray(factor), bend, walled, proposal, misfit)
+    ridge = ridge_of(FactoredPrecision(information).inverse()[outer], layout)
+    frame = Frame(centre, factor, inner, outer)
+    points = np.tile(centre, (1 + EDGE_POINTS * inner.size, 1))
+    rng = np.random.default_rng(0)
+    points[1:, inner] += rng.standard_normal((len(points) - 1, inner.size)) @ factor.T
+    points[1:] = scattered(points[1:], ridge, rng)
+    vectors = unbent_rows(points, bend, layout, data)
+    squeeze = squeeze_at(frame.of(points), vectors, frame, layout, data)
+    middle = squeezed(jnp.asarray(centre), squeeze)
+    return Whitening(middle, jnp.asarray(factor), bend, squeeze, walled, ridge, proposal, misfit)
 
 
 def blank(layout: Layout) -> Whitening:
@@ -126,7 +203,32 @@ def blank(layout: Layout) -> Whitening:
     proposal = Proposal(jnp.zeros(noise.size), jnp.eye(noise.size))
     bend = Bend(FrictionScale(jnp.ones(()), jnp.zeros(())), Sizes.blank(layout))
     misfit = jnp.zeros(noise.size // 3)
-    return Whitening(jnp.zeros(size), jnp.eye(inner.size), bend, walled, proposal, misfit)
+    centre, factor = jnp.zeros(size), jnp.eye(inner.size)
+    squeeze, ridge = Squeeze.none(layout), Ridge.none(layout)
+    return Whitening(centre, factor, bend, squeeze, walled, ridge, proposal, misfit)
+
+
+def _learned_ridge(
+    white: Whitening,
+    bend: Bend,
+    bent: Float[np.ndarray, "draw n"],
+    layout: Layout,
+    data: Data,
+) -> Ridge:
+    """From the covariance of draws, in the coordinates of `bend`, as well."""
+    outer = blocks(layout).walled
+    if not outer.size:
+        return white.ridge
+    spread = np.asarray(white.ridge.spread)
+    steps = spread[:, None] * np.asarray(white.ridge.direction)
+    ends = np.asarray(white.centre) + np.concatenate([steps, -steps])
+    ahead, back = np.split(
+        bent_rows(unbent_rows(ends, white.bend, layout, data), bend, layout, data), 2
+    )
+    known = 0.5 * spread[:, None] * (ahead - back)
+    away = bent - bent.mean(axis=0)
+    seen = away[:, outer].T @ away
+    return ridge_of((seen + TRUST * known) / (len(bent) + TRUST), layout)
 
 
 def rewhiten(
@@ -139,12 +241,18 @@ def rewhiten(
 
     The Fisher information at the mode tells little where the data tell little.
     """
-    inner, _, noise = blocks(layout)
+    inner, outer, noise = blocks(layout)
     pooled = vectors.reshape(-1, vectors.shape[-1])
     references, logs = unscaled_rows(pooled, layout, data)
     friction = scale_of_draws(pooled[:, place_of_friction(layout)], references)
     bend = Bend(friction, sizes_of_draws(logs, layout))
-    before, after = (bent_rows(pooled, one, layout, data)[:, inner] for one in (white.bend, bend))
+    before, there = (bent_rows(pooled, one, layout, data) for one in (white.bend, bend))
+    frame = Frame(there.mean(axis=0), np.diag(there[:, inner].std(axis=0)), inner, outer)
+    squeeze = squeeze_at(frame.of(there), pooled, frame, layout, data)
+    before, after = (
+        np.asarray(squeezed(jnp.asarray(rows), one))[:, inner]
+        for rows, one in ((before, white.squeeze), (there, squeeze))
+    )
     # Rows whose coordinate has changed.
     stretch = after.std(axis=0) / before.std(axis=0)
     centre, factor = after.mean(axis=0), np.asarray(white.factor) * stretch[:, None]
@@ -165,6 +273,8 @@ def rewhiten(
         centre=jnp.asarray(whole),
         factor=jnp.asarray(factor),
         bend=bend,
+        squeeze=squeeze,
+        ridge=_learned_ridge(white, bend, there, layout, data),
         noise=_refit(white.noise, pooled[:, noise], trust),
         misfit=_typical_misfit(pooled[:, noise], layout, data),
     )

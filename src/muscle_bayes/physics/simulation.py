@@ -13,7 +13,7 @@ from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.inertial import FastState, fast_step
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import Motion, Remembered, remembering, starting
-from muscle_bayes.physics.overshoot import overshoot
+from muscle_bayes.physics.overshoot import ahead
 from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, slow_step
 from muscle_bayes.physics.refinement import FineGrid
@@ -120,8 +120,8 @@ def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array
     schedule = filtered(schedule, plant.temperature_filters)
     first = schedule.first
     plant = starting(plant, q, hyst, first)
-    ahead = overshoot(plant, q, hyst, first) * schedule.braking
-    schedule = schedule._replace(temperature=schedule.temperature + ahead)
+    temperature = schedule.temperature + ahead(plant, q, hyst, schedule)
+    schedule = schedule._replace(temperature=temperature)
     # The first rest is that of one more interval: a program that looks for rests in few places compiles
     # sooner.
     states = _solve(QUASI_STATIC, plant, schedule.from_rest, SlowState(q, hyst, q))
