@@ -59,5 +59,6 @@ def test_readings_stay_at_the_start_until_its_dead_band_has_moved_there(fitted):
         seen = found.at(x_of(vector))[0].reading[0]
         np.testing.assert_allclose(seen, exact, atol=0.15)
     held = np.asarray(band.start.middle)[0] != 0.0
-    assert held[0] and not held[-1]
+    assert held[0]
+    assert not held[-1]
     np.testing.assert_allclose(np.asarray(band.low.middle)[0][~held], 0.0)

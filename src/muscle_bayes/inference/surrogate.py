@@ -23,7 +23,7 @@ POINTS = 4
 """Simulations per coordinate from which the slopes are first told."""
 MOST_POINTS = 400
 """Draws from which they are told later."""
-FAR = 10.0
+FAR = 30.0
 """Nats by which a point may be less likely than the whitening has it, compared with the middle one, and
 tell slopes. Beyond the edge of a dead band readings jump, to which no slope leads."""
 
