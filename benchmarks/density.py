@@ -47,7 +47,8 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
         schedule = lane.schedule
         drive = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
         both = jnp.repeat(hyst, 2)
-        ahead = overshoot(plant, q, both, drive)
+        # That of heating: competitors take one for both ways, which differ by little here.
+        ahead = overshoot(plant, q, both, drive)[0]
         still = jnp.zeros_like(q)
         levels = dry_levels(plant, q, both, drive, still)
         q = settle(plant, q, both, drive, still, levels)
