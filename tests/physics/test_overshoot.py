@@ -114,32 +114,17 @@ def test_it_does_not_depend_on_where_in_its_dead_band_the_rotor_began():
 
 def test_each_side_s_course_is_that_of_the_way_on_which_it_pulls_the_rotor():
     """Heating that slows down ends a slide towards the side heated, cooling one away from it."""
-    made, hyst, still = muscle_plant(), jnp.full(2, 0.02), jnp.asarray(-0.2)
+    made, hyst, at = muscle_plant(), jnp.full(2, 0.02), jnp.asarray(-0.2)
     driven = heating(6.0)
-    cooling = driven._replace(
-        temperature=driven.temperature[::-1], braking=-jnp.abs(driven.braking)
-    )
-    falling, rising = overshoot(made, still, hyst, driven.first)
-    warm, cold = (float(driven.temperature[at, 0]) for at in (-1, 0))
-    pull = [
-        float(
-            made.force(
-                still,
-                jnp.asarray(0.0),
-                hyst,
-                driven.first._replace(temperature=driven.first.temperature.at[0].set(one)),
-            )
-        )
-        for one in (warm, cold)
-    ]
-    heated = rising if pull[0] > pull[1] else falling
-    cooled = falling if pull[0] > pull[1] else rising
-    np.testing.assert_allclose(
-        ahead(made, still, hyst, driven)[:, 0], heated * driven.braking[:, 0], rtol=1e-6
-    )
-    np.testing.assert_allclose(
-        ahead(made, still, hyst, cooling)[:, 0],
-        overshoot(made, still, hyst, cooling.first)[0 if cooled is falling else 1]
-        * cooling.braking[:, 0],
-        rtol=1e-6,
-    )
+
+    def pull(row: int) -> float:
+        first = driven.first
+        warmed = first.temperature.at[0].set(driven.temperature[row, 0])
+        return float(made.force(at, jnp.asarray(0.0), hyst, first._replace(temperature=warmed)))
+
+    way = int(pull(-1) > pull(0))
+    for sign, course in ((1.0, way), (-1.0, 1 - way)):
+        turning = driven._replace(braking=sign * driven.braking)
+        times = overshoot(made, at, hyst, turning.first)[course]
+        expected = times * turning.braking[:, 0]
+        np.testing.assert_allclose(ahead(made, at, hyst, turning)[:, 0], expected, rtol=1e-6)
