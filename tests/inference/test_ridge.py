@@ -81,6 +81,28 @@ def test_an_entry_moves_with_what_it_is_told_together_with(staircase):
     np.testing.assert_allclose(seen.std(), spread, rtol=0.06)
 
 
+@pytest.mark.parametrize("seed", range(3))
+@double_precision
+def test_the_way_back_is_weighed_by_the_jacobian_of_the_move(staircase, seed):
+    layout, data = staircase.layout, staircase.data
+    _, covariance, middle, _ = normal(staircase)
+    ridge = ridge_of(100.0 * covariance[blocks(layout).walled], layout)
+    vector = unbent(middle, BEND, layout, data).vector
+    key = jax.random.key(seed)
+
+    def offer(vector):
+        return offer_along_ridge(key, jnp.asarray(0), vector, ridge, BEND, layout, data)
+
+    # By differences: coordinates are bent by bisection, which has no derivative.
+    steps = 1e-5 * np.eye(vector.size)
+    moved = jax.jit(jax.vmap(lambda step: offer(vector + step).vector))
+    jacobian = (moved(steps) - moved(-steps)).T / 2e-5
+    sign, log_volume = np.linalg.slogdet(np.asarray(jacobian))
+    assert sign == 1.0
+    assert abs(log_volume) > 0.1
+    np.testing.assert_allclose(offer(vector).log_odds, log_volume, rtol=1e-3)
+
+
 @double_precision
 def test_points_are_scattered_along_ridges_that_are_told(staircase):
     layout = staircase.layout

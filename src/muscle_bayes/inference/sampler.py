@@ -39,8 +39,8 @@ SHORTER = 1.0, 0.5, 0.25, 0.125
 """Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
 FAITHFUL = 0.1
 """Mean acceptance of a warm-up's first stage below which the surrogate is given up. That of a muscle's
-is about 0.6 there, and 0.7 once it has learned from draws; 0.2 to 0.4 where dead bands have edges within
-the posterior. The model's own trajectories simulate twenty times as often, with derivatives."""
+is 0.5 to 0.75 there, also where dead bands have edges within the posterior. The model's own trajectories
+simulate twenty times as often, with derivatives."""
 
 
 @dataclass(frozen=True)

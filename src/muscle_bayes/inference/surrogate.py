@@ -25,7 +25,7 @@ MOST_POINTS = 400
 """Draws from which they are told later."""
 FAR = 30.0
 """Nats by which a point may be less likely than the whitening has it, compared with the middle one, and
-tell slopes. Beyond the edge of a dead band readings jump, to which no slope leads."""
+tell slopes. Where a spring opens or shuts readings jump, to which no slope leads."""
 
 
 class Surrogate(NamedTuple):
