@@ -30,6 +30,7 @@ def bases(monkeypatch) -> list[float]:
             "b": _fitted(30.0 if base.log_evidence == 0.0 else 10.0),
         },
     )
+    monkeypatch.setattr(search, "fit_afresh", lambda nested, base, names, seed, workers: {})
     monkeypatch.setattr(
         search, "searched_further", lambda nested, base, found, seed, workers: found
     )
@@ -49,3 +50,17 @@ def test_a_base_that_stays_is_compared_once(bases, monkeypatch) -> None:
     monkeypatch.setattr(search, "without_last", lambda nested, fits, base, workers: _fitted(1.0))
     assert search.search_candidates(None, _fitted(0.0), ["a", "b"], 0).base.log_evidence == 1.0
     assert bases == [0.0]
+
+
+def test_what_is_found_afresh_counts_once(bases, monkeypatch) -> None:
+    monkeypatch.setattr(search, "without_last", lambda nested, fits, base, workers: _fitted(70.0))
+    asked = []
+
+    def fit_afresh(nested, base, names, seed, workers):
+        asked.append(base.log_evidence)
+        return {"b": _fitted(90.0)}
+
+    monkeypatch.setattr(search, "fit_afresh", fit_afresh)
+    found = search.search_candidates(None, _fitted(0.0), ["a", "b"], 0)
+    assert {name: one.log_evidence for name, one in found.fits.items()} == {"a": 75.0, "b": 90.0}
+    assert asked == [0.0]

@@ -7,7 +7,8 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.describe import where
-from muscle_bayes.discovery.locate import LEAST_P, of_largest, scan
+from muscle_bayes.discovery.locate import LEAST_P, REPLICATES, Scan, of_largest, scan
+from muscle_bayes.discovery.replicates import rounded_errors
 from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.twin import Rig, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
@@ -19,13 +20,20 @@ def _slopes(rng: np.random.Generator) -> np.ndarray:
     return np.linalg.qr(rng.standard_normal((sum(SIZES), 6)))[0] * 20.0
 
 
+def _scanned(
+    errors: np.ndarray, slopes: np.ndarray, precision: float = 1e-4, seed: int = 0
+) -> Scan:
+    """Against normal errors."""
+    replicates = np.random.default_rng([seed, 9]).standard_normal((errors.size, REPLICATES))
+    return scan(errors, slopes, slopes.T @ slopes + precision * np.eye(6), SIZES, replicates)
+
+
 def test_without_misfit_p_values_are_uniform() -> None:
     rng = np.random.default_rng(1)
     slopes = _slopes(rng)
-    information = slopes.T @ slopes + 1e-4 * np.eye(6)
     found = np.array(
         [
-            scan(rng.standard_normal(sum(SIZES)), slopes, information, SIZES, seed).p_value.min()
+            _scanned(rng.standard_normal(sum(SIZES)), slopes, seed=seed).p_value.min()
             for seed in range(200)
         ]
     )
@@ -53,7 +61,7 @@ def test_a_misfit_is_found_where_it_is() -> None:
     slopes = _slopes(rng)
     errors = rng.standard_normal(sum(SIZES))
     errors[180:200] += 3.0
-    found = scan(errors, slopes, slopes.T @ slopes + 1e-4 * np.eye(6), SIZES, 0)
+    found = _scanned(errors, slopes)
     best = int(np.argmax(found.score))
     assert found.p_value[best] < 0.01
     assert found.run[best] == 1
@@ -69,7 +77,7 @@ def test_a_small_misfit_that_lasts_is_found() -> None:
     slopes = _slopes(rng)
     errors = rng.standard_normal(sum(SIZES))
     errors[75:150] += 0.7
-    found = scan(errors, slopes, slopes.T @ slopes + 1e-4 * np.eye(6), SIZES, 0)
+    found = _scanned(errors, slopes)
     best = int(np.argmax(found.score))
     assert found.p_value[best] < 1e-3
     assert found.lasting[best]
@@ -83,8 +91,55 @@ def test_what_parameters_absorb_is_no_misfit() -> None:
     rng = np.random.default_rng(3)
     slopes = _slopes(rng)
     errors = rng.standard_normal(sum(SIZES)) + slopes @ rng.standard_normal(6)
-    found = scan(errors, slopes, slopes.T @ slopes + 1e-8 * np.eye(6), SIZES, 0)
+    found = _scanned(errors, slopes, 1e-8)
     assert found.p_value.min() > 0.05
+
+
+def test_rounded_errors_are_those_of_the_sensor() -> None:
+    """One reading, and the mean of 25, each as rounding 25 of them gives, from coarse to fine."""
+    rng = np.random.default_rng(6)
+    place = np.repeat([[0.0], [0.2], [0.5], [0.9]], 20_000, axis=1)
+    for spread in (0.05, 0.25, 1.0):
+        normal = rng.standard_normal((25, *place.shape))
+        rounded = np.round(place + spread * normal) - place
+        for readings, wanted in ((1.0, rounded[0]), (25.0, rounded.mean(axis=0))):
+            found = np.concatenate(
+                [
+                    rounded_errors(row[None], draw[None], np.array([[readings]]), spread)
+                    for row, draw in zip(place, normal[1], strict=True)
+                ]
+            )
+            assert np.allclose(found.mean(axis=1), wanted.mean(axis=1), atol=0.03)
+            assert np.allclose(found.std(axis=1), wanted.std(axis=1), atol=0.03)
+
+
+def test_rounding_averages_out_of_a_mean_while_the_rotor_moves() -> None:
+    place = np.arange(40.0)[:, None] + 0.3
+    still = np.full((40, 1), 0.3)
+    readings, none = np.full((40, 1), 30.0), np.zeros((40, 1))
+    assert np.allclose(rounded_errors(place, none, readings, 0.05), 0.0, atol=1e-12)
+    assert np.allclose(rounded_errors(still, none, readings, 0.05), -0.3, atol=0.01)
+
+
+def test_a_rotor_at_rest_between_two_counts_is_no_misfit() -> None:
+    """Its readings scatter by half a count, twice as much as rounding does on average."""
+    rng = np.random.default_rng(7)
+    slopes, spread = _slopes(rng), 0.2
+    reading = np.concatenate([rng.uniform(0.0, 9.0, 150), np.full(90, 4.5)])[:, None]
+
+    def drawn(seed: int, count: int) -> np.ndarray:
+        rng = np.random.default_rng(seed)
+        place = reading + rng.uniform(0.0, 1.0, count)
+        normal = rng.standard_normal(place.shape)
+        error = rounded_errors(place, normal, np.ones_like(reading), spread)
+        return error / np.hypot(spread, 1.0 / np.sqrt(12.0))
+
+    information = slopes.T @ slopes + 1e-4 * np.eye(6)
+    seen, replicates = drawn(9, 50).T, drawn(8, REPLICATES)
+    p_values = [scan(one, slopes, information, SIZES, replicates).p_value.min() for one in seen]
+    assert np.mean(np.array(p_values) < 0.1) < 0.25
+    against_normal = [_scanned(one, slopes).p_value.min() for one in seen]
+    assert np.mean(np.array(against_normal) < 0.1) > 0.5
 
 
 def _trace(**signals: np.ndarray) -> Trace:

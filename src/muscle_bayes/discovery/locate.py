@@ -11,6 +11,7 @@ from scipy.stats import gumbel_r
 
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.describe import where
+from muscle_bayes.discovery.replicates import replicated_errors
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted, descend
@@ -119,7 +120,7 @@ def locate(nested: Nested, fitted: Fitted, seed: int) -> MisfitMap:
         judged.jacobian[order][:, free],
         judged.information[np.ix_(free, free)],
         [line.time.size for line in lines],
-        seed,
+        replicated_errors(nested, judged, REPLICATES, seed)[order],
     )
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
@@ -164,14 +165,14 @@ def scan(
     slopes: Float[np.ndarray, "error n"],
     information: Float[np.ndarray, "n n"],
     sizes: Sequence[int],
-    seed: int,
+    replicates: Float[np.ndarray, "error replicate"],
 ) -> Scan:
     """Judge windows of all lengths in runs of these sizes.
 
     Standardised errors e keep the part that parameters cannot absorb: e - S (S'S + P)^-1 S'e, with
     slopes S and S'S + P the information. Each window's sum of squares, which tells large errors, and
-    its sum, which tells small ones that last, are compared with those of REPLICATES sets of standard
-    normal errors; its p-value is the probability that any window of any run is as extreme in either.
+    its sum, which tells small ones that last, are compared with those of `replicates`, errors without
+    misfit; its p-value is the probability that any window of any run is as extreme in either.
     Source: Westfall and Young, Resampling-Based Multiple Testing (1993).
     """
     precision = FactoredPrecision(information)
@@ -179,8 +180,7 @@ def scan(
     def left(values: np.ndarray) -> np.ndarray:
         return values - slopes @ precision.solve(slopes.T @ values)
 
-    rng = np.random.default_rng(seed)
-    null, seen = left(rng.standard_normal((errors.size, REPLICATES))), left(errors)
+    null, seen = left(replicates), left(errors)
     start, end, run = _windows(sizes)
 
     def sums(values: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from muscle_bayes.discovery.afresh import started_afresh
 from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, starts_of
@@ -182,6 +183,25 @@ def fit_candidates(
     return dict(zip(begun, side_by_side(last, begun, workers), strict=True))
 
 
+def fit_afresh(
+    nested: Nested, base: Fitted, names: Sequence[str], seed: int, workers: int = 1
+) -> dict[str, Fitted]:
+    """The best fit from draws of the prior of each candidate that is not FAR behind; see `afresh`."""
+
+    def first(effect: str) -> list[Fitted]:
+        return started_afresh(nested, base, effect, seed)
+
+    results = zip(names, side_by_side(first, names, workers), strict=True)
+    begun = {effect: found for effect, found in results if found}
+    best = min((found[0].potential for found in begun.values()), default=0.0)
+    near = [effect for effect, found in begun.items() if found[0].potential <= best + FAR]
+
+    def last(effect: str) -> Fitted:
+        return finished(nested, base, begun[effect])
+
+    return dict(zip(near, side_by_side(last, near, workers), strict=True))
+
+
 def searched_further(
     nested: Nested, base: Fitted, found: Mapping[str, Fitted], seed: int, workers: int = 1
 ) -> dict[str, Fitted]:
@@ -235,9 +255,11 @@ def search_candidates(
         screened, begun = screen(nested, base, names, seed, workers), base
         found = fit_candidates(nested, base, screened, seed, report, workers)
         base = with_these(found, base)
+        if turn == 1:
+            base = with_these(fit_afresh(nested, begun, names, seed, workers), base)
         # What takes longest is not done beside a base that another takes the place of.
         if turn == MOST_BASES or base.log_evidence < begun.log_evidence + BETTER:
-            found = searched_further(nested, begun, found, seed, workers)
+            found = searched_further(nested, begun, fits, seed, workers)
             base = with_these(found, base)
         if base.log_evidence < begun.log_evidence + BETTER:
             break

@@ -1,0 +1,81 @@
+"""Errors of data sets that a model itself would give: what a misfit is judged against.
+
+A sensor that rounds by more than its noise biases the readings of a rotor at rest, the mean of many as
+much as each, and makes them scatter more or less than rounding does on average: it depends on where between
+two steps the rotor lies, which no model tells so well.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import norm
+
+from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.nested import Nested, values_at
+
+FINE = 3.0
+"""Noise in steps of the sensor from which on rounding is but noise."""
+PLACES = 64
+"""Places between two steps at which biases are tabulated."""
+
+
+def replicated_errors(
+    nested: Nested, fitted: Fitted, count: int, seed: int
+) -> Float[np.ndarray, "error replicate"]:
+    """Standardised errors without misfit, in the order of `fitted.errors`.
+
+    Readings are rounded as the sensor rounds; where between two steps each run lies is drawn.
+    """
+    rng = np.random.default_rng(seed)
+    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
+    places = rng.uniform(0.0, 1.0, (len(nested.problem.runs), count))
+    parts = []
+    for lanes, regime, owners, residual in zip(
+        nested.data.lanes,
+        nested.layout.regimes,
+        nested.problem.lane_runs,
+        fitted.found.residuals,
+        strict=True,
+    ):
+        noise, modelled = float(values[f"{regime}.noise"]), lanes.reading - np.asarray(residual)
+        for lane, owner in enumerate(owners):
+            normal, weight = rng.standard_normal((modelled.shape[1], count)), lanes.weight[lane]
+            quantum, coarse = float(lanes.quantum[lane]), np.asarray(lanes.coarse[lane])[:, None]
+            readings = np.maximum(np.asarray(weight), 1.0)[:, None]
+            if 0.0 < noise < FINE * quantum:
+                spread = noise / quantum
+                place = np.asarray(modelled[lane])[:, None] / quantum + places[owner]
+                error = rounded_errors(place, normal, readings, spread)
+                normal = error / np.sqrt(spread**2 / readings + coarse)
+            parts.append(normal)
+    return np.concatenate(parts)
+
+
+def rounded_errors(
+    place: Float[np.ndarray, "interval replicate"],
+    normal: Float[np.ndarray, "interval replicate"],
+    readings: Float[np.ndarray, "interval 1"],
+    spread: float,
+) -> Float[np.ndarray, "interval replicate"]:
+    """Mean of so many readings with noise of this spread, rounded to integers, less the place measured.
+
+    A single one is round(y + s z) - y of place y. Means have its bias, as far as the place stays the same
+    while they are taken, and what is left of its variance.
+    """
+    single = np.round(place + spread * normal) - place
+    bias, deviation = (np.interp(place % 1.0, *table) for table in _tables(spread))
+    moved = np.abs(np.gradient(place, axis=0)) if len(place) > 1 else np.zeros_like(place)
+    mean = np.sinc(moved) * bias + deviation * normal / np.sqrt(readings)
+    return np.where(readings > 1.0, mean, single)
+
+
+def _tables(spread: float) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Bias and standard deviation of a rounded reading, each with the places they are of."""
+    place = np.linspace(0.0, 1.0, PLACES + 1)
+    reach = int(np.ceil(6.0 * spread)) + 2
+    told = np.arange(-reach, reach + 2)
+    edges = (np.append(told - 0.5, told[-1] + 0.5) - place[:, None]) / spread
+    chance = np.diff(norm.cdf(edges), axis=1)
+    mean = chance @ told
+    variance = chance @ told**2 - mean**2
+    return (place, mean - place), (place, np.sqrt(np.maximum(variance, 0.0)))
