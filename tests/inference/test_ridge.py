@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
+from muscle_bayes.inference import ridge as ridge_module
 from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.bend_friction import FrictionScale
 from muscle_bayes.inference.bend_sizes import Sizes
@@ -63,7 +64,7 @@ def test_an_entry_moves_with_what_it_is_told_together_with(staircase):
     layout, data = staircase.layout, staircase.data
     energy, covariance, middle, entry = normal(staircase)
     outer = blocks(layout).walled
-    ridge = ridge_of(covariance[outer], layout)
+    ridge = ridge_of(middle[outer], covariance[outer], layout)
 
     def offer_at(key, which, vector):
         return offer_along_ridge(key, which, vector, ridge, BEND, layout, data)
@@ -79,14 +80,19 @@ def test_an_entry_moves_with_what_it_is_told_together_with(staircase):
     spread = np.sqrt(covariance[entry, entry])
     np.testing.assert_allclose(seen.mean(), middle[entry], atol=0.1 * spread)
     np.testing.assert_allclose(seen.std(), spread, rtol=0.06)
+    # Draws forget where the entry was: steps alone would need ten times as many.
+    away = seen - seen.mean()
+    assert np.mean(away[10:] * away[:-10]) < 0.1 * seen.var()
 
 
 @pytest.mark.parametrize("seed", range(3))
 @double_precision
-def test_the_way_back_is_weighed_by_the_jacobian_of_the_move(staircase, seed):
+def test_the_way_back_of_a_step_is_weighed_by_its_jacobian(staircase, seed, monkeypatch):
+    monkeypatch.setattr(ridge_module, "ANEW", 0.0)
     layout, data = staircase.layout, staircase.data
     _, covariance, middle, _ = normal(staircase)
-    ridge = ridge_of(100.0 * covariance[blocks(layout).walled], layout)
+    outer = blocks(layout).walled
+    ridge = ridge_of(middle[outer], 100.0 * covariance[outer], layout)
     vector = unbent(middle, BEND, layout, data).vector
     key = jax.random.key(seed)
 
@@ -110,7 +116,7 @@ def test_points_are_scattered_along_ridges_that_are_told(staircase):
     outer = blocks(layout).walled
     wide = covariance[outer].copy()
     wide[1, outer[1]] = 1.0
-    ridge = ridge_of(wide, layout)
+    ridge = ridge_of(middle[outer], wide, layout)
     points = np.tile(np.asarray(middle), (4000, 1))
     seen = scattered(points, ridge, np.random.default_rng(0)) - points
     np.testing.assert_allclose(seen[:, entry].std(), np.sqrt(wide[0, entry]), rtol=0.05)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.discovery.gross import as_white, is_gross, noise_names
-from muscle_bayes.inference.descent import Fitted, descend
+from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested, values_at
 from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.inference.optimise import SHRUNK
@@ -20,10 +20,10 @@ from muscle_bayes.inference.prior_draws import sample_prior
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.physics.effects import effect_type
 
-DRAWS, TRIED = 96, 8
-"""Draws of the prior, and those fitted, likeliest first."""
-STEPS = 16
-"""Of each fit, the noise held."""
+DRAWS, TRIED, KEPT = 96, 8, 3
+"""Draws of the prior, those fitted, likeliest first, and those fitted further."""
+EARLY_STEPS, STEPS = 4, 12
+"""Of a fit, and of one further, the noise held."""
 FIXTURE = "J", "D"
 """What runs without a muscle tell, whatever is missing."""
 FIRST_STRAIN = "hyst_stretch"
@@ -48,8 +48,13 @@ def started_afresh(nested: Nested, base: Fitted, effect: str, seed: int) -> list
 
     levels = np.array([potential(point) for point in points])
     order = [index for index in np.argsort(levels)[:TRIED] if np.isfinite(levels[index])]
-    found = [descend(nested, effects, points[index], STEPS, noise) for index in order]
-    return sorted(found, key=lambda one: one.potential)
+    begun = [descend(nested, effects, points[index], EARLY_STEPS, noise) for index in order]
+    found = [go_on(nested, one, STEPS, noise) for one in _best_first(begun)[:KEPT]]
+    return _best_first(found)
+
+
+def _best_first(fits: Sequence[Fitted]) -> list[Fitted]:
+    return sorted(fits, key=lambda one: one.potential)
 
 
 def _drawn(

@@ -36,6 +36,8 @@ REVISITED, FUNCTIONS_REVISITED = 3, 1
 without them is searched once more; of functions the likeliest alone."""
 OUT_OF_REACH = 100.0
 """Log evidence that a candidate lacks of the best, searched to the end, to be searched no further [nat]."""
+MOST_AFRESH = 4
+"""Candidates that are fitted in full from draws of the prior."""
 AGAIN = 1_000
 """Added to the seed of a candidate's draws each time it is started again."""
 IN_VAIN = 2
@@ -186,18 +188,18 @@ def fit_candidates(
 def fit_afresh(
     nested: Nested, base: Fitted, names: Sequence[str], seed: int, workers: int = 1
 ) -> dict[str, Fitted]:
-    """The best fit from draws of the prior of each candidate that is not FAR behind; see `afresh`."""
+    """Candidates fitted from draws of the prior (`afresh`): at most MOST_AFRESH, none FAR behind."""
 
     def first(effect: str) -> list[Fitted]:
         return started_afresh(nested, base, effect, seed)
 
     results = zip(names, side_by_side(first, names, workers), strict=True)
-    begun = {effect: found for effect, found in results if found}
-    best = min((found[0].potential for found in begun.values()), default=0.0)
-    near = [effect for effect, found in begun.items() if found[0].potential <= best + FAR]
+    begun = {effect: found[0] for effect, found in results if found}
+    order = sorted(begun, key=lambda effect: begun[effect].potential)[:MOST_AFRESH]
+    near = [one for one in order if begun[one].potential <= begun[order[0]].potential + FAR]
 
     def last(effect: str) -> Fitted:
-        return finished(nested, base, begun[effect])
+        return as_lasting(nested, begun[effect])
 
     return dict(zip(near, side_by_side(last, near, workers), strict=True))
 

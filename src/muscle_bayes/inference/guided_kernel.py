@@ -15,6 +15,7 @@ from jaxtyping import Array, Float, Int
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.dead_bands import START
 from muscle_bayes.inference.density import constrain, potential_given
 from muscle_bayes.inference.kernel import (
     ADAPTATION,
@@ -31,6 +32,7 @@ from muscle_bayes.inference.kernel import (
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.start_moves import has_edges, offer_start
 from muscle_bayes.inference.surrogate import Surrogate
 from muscle_bayes.inference.whitening import Whitening, offer, placed, whitened
 
@@ -97,6 +99,7 @@ class _Moving(NamedTuple):
 def guided_kernel_of(layout: Layout) -> Kernel:
     """Kernel of a layout, not compiled."""
     inner, outer, noise = blocks(layout)
+    names = dict(layout.shapes)
 
     def simulate(vector: Array, data: Data) -> list[LanePrediction]:
         return predictions(constrain(vector, layout, data), layout, data)
@@ -173,9 +176,10 @@ def guided_kernel_of(layout: Layout) -> Kernel:
         key, key_moves = jax.random.split(state.key)
         adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
         step = jnp.where(step > 0.0, step, adapting)
+        edges = white.squeeze
 
-        # First a trajectory, then each walled entry. One loop: a program that simulates in one place
-        # compiles sooner.
+        # First a trajectory, then each walled entry, then a start if any lies at an edge. One loop: a
+        # program that simulates in one place compiles sooner.
         def move(index: Array, now: tuple[_Here, _Told]) -> tuple[_Here, _Told]:
             here, told = now
             key_offer, key_accept = jax.random.split(jax.random.fold_in(key_moves, index))
@@ -187,7 +191,12 @@ def guided_kernel_of(layout: Layout) -> Kernel:
                 proposed = offer(key_offer, index - 1, here.vector, white, layout, data)
                 return _Offer(here, *proposed, told)
 
-            made = jax.lax.cond(index == 0, trajectory, walled) if outer.size else trajectory()
+            def begun() -> _Offer:
+                return _Offer(here, *offer_start(key_offer, here.vector, edges, layout, data), told)
+
+            kinds = [trajectory, *[walled] * bool(outer.size), *[begun] * (START in names)]
+            kind = jnp.where(index > outer.size, len(kinds) - 1, jnp.minimum(index, 1))
+            made = jax.lax.switch(kind, kinds)
             found = simulate(made.there, data)
             there = _Here(made.there, potential_given(found, made.there, layout, data), found)
             rise = _or_infinite(there.energy - made.here.energy - made.log_odds)
@@ -198,9 +207,10 @@ def guided_kernel_of(layout: Layout) -> Kernel:
             return here, made.told._replace(acceptance=judged)
 
         none = jnp.zeros(())
-        begun = _Here(state.vector, none, state.predicted)
+        first = _Here(state.vector, none, state.predicted)
+        last = 1 + outer.size + jnp.where(has_edges(edges), 1, 0)
         here, told = jax.lax.fori_loop(
-            0, 1 + outer.size, move, (begun, _Told(none, none, jnp.asarray(0), none))
+            0, last, move, (first, _Told(none, none, jnp.asarray(0), none))
         )
         adaptation = ADAPTATION[1](
             TARGET_ACCEPTANCE - jnp.exp(jnp.minimum(-told.rise, 0.0)), state.adaptation

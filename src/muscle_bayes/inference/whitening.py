@@ -52,6 +52,8 @@ from muscle_bayes.inference.walled_moves import (
 
 EDGE_POINTS = 3
 """Points per coordinate by which edges of dead bands are first told."""
+LONG = 2.5
+"""Standard deviation of draws along a direction, in that of the whitening, from which on it is learned."""
 TRUST = 20.0
 """Draws that the whitening at the mode counts for when it is rescaled."""
 
@@ -183,7 +185,7 @@ def whitening(mode: Mode, layout: Layout, data: Data) -> Whitening:
     misfit = _typical_misfit(vector[noise][None], layout, data)
     table = tabulate(energy_of, mode.vector, layout, data)
     walled = WalledProposal(jnp.asarray(stride), table)
-    ridge = ridge_of(FactoredPrecision(information).inverse()[outer], layout)
+    ridge = ridge_of(centre[outer], FactoredPrecision(information).inverse()[outer], layout)
     frame = Frame(centre, factor, inner, outer)
     points = np.tile(centre, (1 + EDGE_POINTS * inner.size, 1))
     rng = np.random.default_rng(0)
@@ -228,7 +230,26 @@ def _learned_ridge(
     known = 0.5 * spread[:, None] * (ahead - back)
     away = bent - bent.mean(axis=0)
     seen = away[:, outer].T @ away
-    return ridge_of((seen + TRUST * known) / (len(bent) + TRUST), layout)
+    middle = bent[:, outer].mean(axis=0)
+    return ridge_of(middle, (seen + TRUST * known) / (len(bent) + TRUST), layout)
+
+
+def _lengthened(z: Float[np.ndarray, "draw smooth"]) -> Float[np.ndarray, "smooth smooth"]:
+    """What makes whitened coordinates as long as draws have them, in directions that these are LONG in.
+
+    Few draws tell such a direction well. Variances of single coordinates alone would make all that it
+    passes through too wide.
+    """
+    values, directions = np.linalg.eigh(np.cov(z.T))
+    long = values > LONG**2
+    along = directions[:, long]
+    return np.eye(len(values)) + (along * (np.sqrt(values[long]) - 1.0)) @ along.T
+
+
+def _triangular(factor: Float[np.ndarray, "smooth smooth"]) -> Float[np.ndarray, "smooth smooth"]:
+    """The lower triangular factor of the same covariance."""
+    root = np.linalg.qr(factor.T, mode="r").T
+    return root * np.sign(np.diag(root))
 
 
 def rewhiten(
@@ -260,12 +281,13 @@ def rewhiten(
     def whitened(points: np.ndarray) -> np.ndarray:
         return np.linalg.solve(factor, (points - centre).T).T
 
+    factor = factor @ _lengthened(whitened(after))
     # Variances are told by few draws, correlations by many.
     z = whitened(after)
     scale = np.sqrt((len(z) * z.var(axis=0) + TRUST) / (len(z) + TRUST))
     trust = TRUST * inner.size
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
-    factor = factor * scale @ np.linalg.cholesky(covariance)
+    factor = _triangular(factor * scale @ np.linalg.cholesky(covariance))
     last = whitened(after.reshape(*vectors.shape[:2], inner.size)[:, -1])
     whole = np.array(white.centre)
     whole[inner] = centre
