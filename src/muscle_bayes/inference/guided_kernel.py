@@ -32,12 +32,16 @@ from muscle_bayes.inference.kernel import (
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.ridge import SHARE, has_ridge, offer_along_ridge
 from muscle_bayes.inference.start_moves import has_edges, offer_start
 from muscle_bayes.inference.surrogate import Surrogate
-from muscle_bayes.inference.whitening import Whitening, offer, placed, whitened
+from muscle_bayes.inference.walled_moves import WalledOffer, offer_walled
+from muscle_bayes.inference.whitening import Whitening, placed, straight, whitened
 
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
+RIDGE_STEPS = 10
+"""Moves along a ridge of which the last is judged by a simulation."""
 
 
 class GuidedState(NamedTuple):
@@ -170,6 +174,41 @@ def guided_kernel_of(layout: Layout) -> Kernel:
         log_odds = ended.point.log_volume - ended.begun_log_volume + kinetic - kinetic_ended
         return _Offer(here, ended.point.vector, log_odds, told)
 
+    def by_ridge(
+        key: Array, which: Array, here: _Here, white: Whitening, surrogate: Surrogate, data: Data
+    ) -> WalledOffer:
+        """Moves of a walled entry along its ridge, accepted by the surrogate: their end is offered.
+
+        The surrogate's density leads from one to the other as often as back (Liu, Monte Carlo Strategies
+        in Scientific Computing, section 9.4, 2001): its odds are taken off.
+        """
+
+        def energy(vector: Array) -> Array:
+            predicted = surrogate.at(straight(vector, white, layout, data))
+            return _or_infinite(potential_given(predicted, vector, layout, data))
+
+        # First the energy here. One loop: a program that looks at it in one place compiles sooner.
+        def step(index: Array, now: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            vector, at, begun = now
+            key_offer, key_accept = jax.random.split(jax.random.fold_in(key, index))
+            made = offer_along_ridge(
+                key_offer, which, vector, white.ridge, white.bend, layout, data
+            )
+            first = index == 0
+            there = jnp.where(first, vector, made.vector)
+            level = energy(there)
+            chance = jnp.log(jax.random.uniform(key_accept))
+            taken = first | (chance < at - level + made.log_odds)
+            return (
+                jnp.where(taken, there, vector),
+                jnp.where(taken, level, at),
+                jnp.where(first, level, begun),
+            )
+
+        none = jnp.zeros(())
+        vector, at, begun = jax.lax.fori_loop(0, 1 + RIDGE_STEPS, step, (here.vector, none, none))
+        return WalledOffer(vector, at - begun)
+
     def iterate(
         state: GuidedState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
     ) -> tuple[GuidedState, Transition]:
@@ -188,8 +227,20 @@ def guided_kernel_of(layout: Layout) -> Kernel:
                 return by_trajectory(key_offer, here, white, surrogate, data, step)
 
             def walled() -> _Offer:
-                proposed = offer(key_offer, index - 1, here.vector, white, layout, data)
-                return _Offer(here, *proposed, told)
+                key_kind, key_made = jax.random.split(key_offer)
+                which = index - 1
+
+                def along() -> WalledOffer:
+                    return by_ridge(key_made, which, here, white, surrogate, data)
+
+                def alone() -> WalledOffer:
+                    walled = white.walled
+                    return offer_walled(key_made, which, here.vector, walled, data.tension, layout)
+
+                told_together = has_ridge(white.ridge)[which]
+                chosen = told_together & (jax.random.uniform(key_kind) < SHARE)
+                made = jax.lax.cond(chosen, along, alone)
+                return _Offer(here, made.vector, made.log_odds, told)
 
             def begun() -> _Offer:
                 return _Offer(here, *offer_start(key_offer, here.vector, edges, layout, data), told)

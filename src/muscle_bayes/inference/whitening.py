@@ -104,12 +104,24 @@ def placed(
     data: Data,
 ) -> Place:
     """The point at z, given the other entries of bent coordinates (that squeezed ones share)."""
-    inner, outer, _ = blocks(layout)
+    inner = blocks(layout).smooth
     there = rest.at[inner].set(white.centre[inner] + white.factor @ z)
     there, log_volume = unsqueezed(there, white.squeeze)
-    x = jnp.concatenate([_whitened(there, white, layout), there[outer] - white.centre[outer]])
+    x = _straight(there, white, layout)
     vector, bent_volume = unbent(there, white.bend, layout, data)
     return Place(Unbent(vector, log_volume + bent_volume), x)
+
+
+def straight(
+    vector: Float[Array, " n"], white: Whitening, layout: Layout, data: Data
+) -> Float[Array, " x"]:
+    """x of an unconstrained vector, as `Place` has it."""
+    return _straight(bent(vector, white.bend, layout, data), white, layout)
+
+
+def _straight(there: Float[Array, " n"], white: Whitening, layout: Layout) -> Float[Array, " x"]:
+    outer = blocks(layout).walled
+    return jnp.concatenate([_whitened(there, white, layout), there[outer] - white.centre[outer]])
 
 
 def offer(
@@ -234,6 +246,17 @@ def _learned_ridge(
     return ridge_of(middle, (seen + TRUST * known) / (len(bent) + TRUST), layout)
 
 
+def _given(
+    told: Float[np.ndarray, "draw told"], rows: Float[np.ndarray, "draw smooth"]
+) -> Float[np.ndarray, "draw smooth"]:
+    """Rows less what their means move by with walled entries that have a ridge.
+
+    Trajectories hold these: what smooth entries do together with them would make the whitening too wide.
+    """
+    away = told - told.mean(axis=0)
+    return rows - away @ np.linalg.lstsq(away, rows - rows.mean(axis=0), rcond=None)[0]
+
+
 def _lengthened(z: Float[np.ndarray, "draw smooth"]) -> Float[np.ndarray, "smooth smooth"]:
     """What makes whitened coordinates as long as draws have them, in directions that these are LONG in.
 
@@ -270,8 +293,11 @@ def rewhiten(
     before, there = (bent_rows(pooled, one, layout, data) for one in (white.bend, bend))
     frame = Frame(there.mean(axis=0), np.diag(there[:, inner].std(axis=0)), inner, outer)
     squeeze = squeeze_at(frame.of(there), pooled, frame, layout, data)
+    ridge = _learned_ridge(white, bend, there, layout, data)
+    told = there[:, outer]
+    whole = np.asarray(squeezed(jnp.asarray(there), squeeze))[:, inner]
     before, after = (
-        np.asarray(squeezed(jnp.asarray(rows), one))[:, inner]
+        _given(told, np.asarray(squeezed(jnp.asarray(rows), one))[:, inner])
         for rows, one in ((before, white.squeeze), (there, squeeze))
     )
     # Rows whose coordinate has changed.
@@ -288,15 +314,15 @@ def rewhiten(
     trust = TRUST * inner.size
     covariance = (len(z) * np.cov((z / scale).T) + trust * np.eye(inner.size)) / (len(z) + trust)
     factor = _triangular(factor * scale @ np.linalg.cholesky(covariance))
-    last = whitened(after.reshape(*vectors.shape[:2], inner.size)[:, -1])
-    whole = np.array(white.centre)
-    whole[inner] = centre
+    last = whitened(whole.reshape(*vectors.shape[:2], inner.size)[:, -1])
+    middle = np.where(np.isin(np.arange(pooled.shape[1]), noise), white.centre, there.mean(axis=0))
+    middle[inner] = centre
     fresh = white._replace(
-        centre=jnp.asarray(whole),
+        centre=jnp.asarray(middle),
         factor=jnp.asarray(factor),
         bend=bend,
         squeeze=squeeze,
-        ridge=_learned_ridge(white, bend, there, layout, data),
+        ridge=ridge,
         noise=_refit(white.noise, pooled[:, noise], trust),
         misfit=_typical_misfit(pooled[:, noise], layout, data),
     )
