@@ -52,7 +52,7 @@ class Effort:
     """Iterations of each chain that are not kept."""
     draws: int = 200
     """Of each chain, before convergence is judged."""
-    rounds: int = 40
+    rounds: int = 60
     """Most rounds of draws; every one after the first makes a third as many."""
     min_ess: int = 400
     """Bulk effective sample size that is wanted of every sampled quantity."""
