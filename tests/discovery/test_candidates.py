@@ -60,7 +60,15 @@ def test_what_is_found_afresh_counts_once(bases, monkeypatch) -> None:
         asked.append(base.log_evidence)
         return {"b": _fitted(90.0)}
 
+    def searched_further(nested, base, found, seed, workers):
+        further.append(found["b"].log_evidence)
+        return found
+
+    further: list[float] = []
     monkeypatch.setattr(search, "fit_afresh", fit_afresh)
+    monkeypatch.setattr(search, "searched_further", searched_further)
     found = search.search_candidates(None, _fitted(0.0), ["a", "b"], 0)
     assert {name: one.log_evidence for name, one in found.fits.items()} == {"a": 75.0, "b": 90.0}
     assert asked == [0.0]
+    # Beside the later base `b` is worth 10: what is searched further is the best there was.
+    assert further == [90.0]

@@ -249,7 +249,7 @@ def _learned_ridge(
 def _given(
     told: Float[np.ndarray, "draw told"], rows: Float[np.ndarray, "draw smooth"]
 ) -> Float[np.ndarray, "draw smooth"]:
-    """Rows less what their means move by with walled entries that have a ridge.
+    """Rows less what their means move by with walled entries.
 
     Trajectories hold these: what smooth entries do together with them would make the whitening too wide.
     """
