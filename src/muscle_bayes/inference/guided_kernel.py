@@ -15,6 +15,7 @@ from jaxtyping import Array, Float, Int
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.chained_moves import chained
 from muscle_bayes.inference.dead_bands import START
 from muscle_bayes.inference.density import constrain, potential_given
 from muscle_bayes.inference.kernel import (
@@ -177,37 +178,16 @@ def guided_kernel_of(layout: Layout) -> Kernel:
     def by_ridge(
         key: Array, which: Array, here: _Here, white: Whitening, surrogate: Surrogate, data: Data
     ) -> WalledOffer:
-        """Moves of a walled entry along its ridge, accepted by the surrogate: their end is offered.
-
-        The surrogate's density leads from one to the other as often as back (Liu, Monte Carlo Strategies
-        in Scientific Computing, section 9.4, 2001): its odds are taken off.
-        """
+        """Moves of a walled entry along its ridge by the surrogate."""
 
         def energy(vector: Array) -> Array:
             predicted = surrogate.at(straight(vector, white, layout, data))
             return _or_infinite(potential_given(predicted, vector, layout, data))
 
-        # First the energy here. One loop: a program that looks at it in one place compiles sooner.
-        def step(index: Array, now: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-            vector, at, begun = now
-            key_offer, key_accept = jax.random.split(jax.random.fold_in(key, index))
-            made = offer_along_ridge(
-                key_offer, which, vector, white.ridge, white.bend, layout, data
-            )
-            first = index == 0
-            there = jnp.where(first, vector, made.vector)
-            level = energy(there)
-            chance = jnp.log(jax.random.uniform(key_accept))
-            taken = first | (chance < at - level + made.log_odds)
-            return (
-                jnp.where(taken, there, vector),
-                jnp.where(taken, level, at),
-                jnp.where(first, level, begun),
-            )
+        def along(key: Array, vector: Array) -> WalledOffer:
+            return offer_along_ridge(key, which, vector, white.ridge, white.bend, layout, data)
 
-        none = jnp.zeros(())
-        vector, at, begun = jax.lax.fori_loop(0, 1 + RIDGE_STEPS, step, (here.vector, none, none))
-        return WalledOffer(vector, at - begun)
+        return chained(key, here.vector, energy, along, RIDGE_STEPS)
 
     def iterate(
         state: GuidedState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
