@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference import first_edges
-from muscle_bayes.inference import whitening as whitening_module
+from muscle_bayes.inference import first_edges, whitening_at_mode, whitening_of_draws
 from muscle_bayes.inference.bend_hyst import starts
 from muscle_bayes.inference.bent_rows import bent_rows, unbent_rows
 from muscle_bayes.inference.blocks import blocks
@@ -21,7 +20,7 @@ from muscle_bayes.inference.preparation import prepare
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import predictions_at
 from muscle_bayes.inference.sampler import Effort, draw
-from muscle_bayes.inference.whitening import whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
 
 DATA = Path(__file__).parents[2] / "data"
 TOLD = 0.1
@@ -153,7 +152,8 @@ def test_squeezed_coordinates_change_no_draw_s_distribution(fitted, monkeypatch)
             width=squeeze.width.at[0].set(0.2 * plain[:, place].std()),
         )
 
-    monkeypatch.setattr(whitening_module, "squeeze_at", amid)
+    for module in (whitening_at_mode, whitening_of_draws):
+        monkeypatch.setattr(module, "squeeze_at", amid)
     other = drawn(4)
     spread = plain.std(axis=0)
     np.testing.assert_allclose((other.mean(axis=0) - plain.mean(axis=0)) / spread, 0.0, atol=0.25)

@@ -17,7 +17,7 @@ from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at, predictions_at
 from muscle_bayes.inference.sampler import Effort, draw
 from muscle_bayes.inference.surrogate import first_surrogate, surrogate_of
-from muscle_bayes.inference.whitening import whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
 
 DATA = Path(__file__).parents[2] / "data"
 EFFORT = Effort(warmup=120, draws=250, rounds=12)

@@ -12,7 +12,7 @@ from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.preparation import prepare
 from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.whitening import whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
 
 DATA = Path(__file__).parents[2] / "data"
 ITERATIONS = 50

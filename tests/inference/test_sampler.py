@@ -15,7 +15,8 @@ from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.sampler import Draws, Effort, agree
-from muscle_bayes.inference.whitening import rewhiten, whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
+from muscle_bayes.inference.whitening_of_draws import rewhiten
 
 DATA = Path(__file__).parents[2] / "data"
 

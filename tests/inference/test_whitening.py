@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference import whitening as whitening_module
+from muscle_bayes.inference import whitening_at_mode, whitening_of_draws
 from muscle_bayes.inference.bend_hyst import starts
 from muscle_bayes.inference.bent_rows import bent_rows, unbent_rows
 from muscle_bayes.inference.blocks import blocks
@@ -14,7 +14,8 @@ from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.squeeze import Squeeze
-from muscle_bayes.inference.whitening import rewhiten, whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
+from muscle_bayes.inference.whitening_of_draws import rewhiten
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -39,7 +40,8 @@ def test_draws_teach_the_width_that_trajectories_find(monkeypatch) -> None:
     """They hold minimum forces: the sensor's zero, which moves ten times its own width with one of them,
     and a direction that is ten times as long as it was at the mode, count with their own."""
     # Such draws have starts on either side of their edges.
-    monkeypatch.setattr(whitening_module, "squeeze_at", lambda *told: Squeeze.none(told[3]))
+    for module in (whitening_at_mode, whitening_of_draws):
+        monkeypatch.setattr(module, "squeeze_at", lambda *told: Squeeze.none(told[3]))
     problem = pose(read_runs([DATA / "staircase-166g.csv"]))
     layout, data = problem.layout, problem.data
     mode = find_mode(jax.random.key(0), layout, data)

@@ -25,7 +25,9 @@ from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import predictions_at
 from muscle_bayes.inference.surrogate import first_surrogate, learned_surrogate
-from muscle_bayes.inference.whitening import Whitening, rewhiten, whitening
+from muscle_bayes.inference.whitening import Whitening
+from muscle_bayes.inference.whitening_at_mode import whitening
+from muscle_bayes.inference.whitening_of_draws import rewhiten
 
 MAX_RHAT = 1.01
 RHAT_MARGIN = 5e-4
