@@ -15,6 +15,7 @@ from jaxtyping import Array, Float, Int
 from muscle_bayes.inference.bend_hyst import Unbent
 from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
+from muscle_bayes.inference.carried_moves import offer_carried
 from muscle_bayes.inference.chained_moves import chained
 from muscle_bayes.inference.dead_bands import START
 from muscle_bayes.inference.density import constrain, potential_given
@@ -39,6 +40,8 @@ from muscle_bayes.inference.surrogate import Surrogate
 from muscle_bayes.inference.walled_moves import WalledOffer, offer_walled
 from muscle_bayes.inference.whitening import Whitening, placed, straight, whitened
 
+CARRYING = 0.5
+"""Share of iterations with a carried move."""
 TARGET_ACCEPTANCE = 0.9
 """Of trajectories by the surrogate's own energy: steps cost little."""
 RIDGE_STEPS = 10
@@ -192,13 +195,15 @@ def guided_kernel_of(layout: Layout) -> Kernel:
     def iterate(
         state: GuidedState, white: Whitening, surrogate: Surrogate, data: Data, step: Array
     ) -> tuple[GuidedState, Transition]:
-        key, key_moves = jax.random.split(state.key)
+        key, key_moves, key_carry = jax.random.split(state.key, 3)
         adapting = jnp.clip(jnp.exp(state.adaptation[0]), *ADAPTED_STEPS)
         step = jnp.where(step > 0.0, step, adapting)
         edges = white.squeeze
+        carrying = jax.random.uniform(key_carry) < CARRYING
+        last = 1 + outer.size + jnp.where(has_edges(edges), 1, 0) + jnp.where(carrying, 1, 0)
 
-        # First a trajectory, then each walled entry, then a start if any lies at an edge. One loop: a
-        # program that simulates in one place compiles sooner.
+        # First a trajectory, then each walled entry, then a start if any lies at an edge, and at times a
+        # carried move. One loop: a program that simulates in one place compiles sooner.
         def move(index: Array, now: tuple[_Here, _Told]) -> tuple[_Here, _Told]:
             here, told = now
             key_offer, key_accept = jax.random.split(jax.random.fold_in(key_moves, index))
@@ -222,11 +227,16 @@ def guided_kernel_of(layout: Layout) -> Kernel:
                 made = jax.lax.cond(chosen, along, alone)
                 return _Offer(here, made.vector, made.log_odds, told)
 
+            def carried() -> _Offer:
+                made = offer_carried(key_offer, here.vector, white, surrogate, layout, data)
+                return _Offer(here, made.vector, made.log_odds, told)
+
             def begun() -> _Offer:
                 return _Offer(here, *offer_start(key_offer, here.vector, edges, layout, data), told)
 
-            kinds = [trajectory, *[walled] * bool(outer.size), *[begun] * (START in names)]
-            kind = jnp.where(index > outer.size, len(kinds) - 1, jnp.minimum(index, 1))
+            kinds = [trajectory, carried, *[walled] * bool(outer.size), *[begun] * (START in names)]
+            kind = jnp.where(index > outer.size, len(kinds) - 1, jnp.where(index > 0, 2, 0))
+            kind = jnp.where((index == last - 1) & carrying, 1, kind)
             made = jax.lax.switch(kind, kinds)
             found = simulate(made.there, data)
             there = _Here(made.there, potential_given(found, made.there, layout, data), found)
@@ -239,7 +249,6 @@ def guided_kernel_of(layout: Layout) -> Kernel:
 
         none = jnp.zeros(())
         first = _Here(state.vector, none, state.predicted)
-        last = 1 + outer.size + jnp.where(has_edges(edges), 1, 0)
         here, told = jax.lax.fori_loop(
             0, last, move, (first, _Told(none, none, jnp.asarray(0), none))
         )

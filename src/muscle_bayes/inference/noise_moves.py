@@ -50,7 +50,8 @@ def entries_of(shape: Float[Array, " k"]) -> Float[Array, " k"]:
     return jnp.stack([noise, total + 0.5 * jax.nn.log_sigmoid(odds), time], 1).ravel()
 
 
-def _sample(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
+def sample_shapes(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
+    """Draws of the proposal."""
     key_normal, key_mixing, key_wide = jax.random.split(key, 3)
     normal = jax.random.normal(key_normal, (count, proposal.centre.size))
     mixing = jnp.mean(jax.random.normal(key_mixing, (count, FREEDOM)) ** 2, axis=1, keepdims=True)
@@ -58,7 +59,7 @@ def _sample(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k
     return proposal.centre + (wide * normal / jnp.sqrt(mixing)) @ proposal.factor.T
 
 
-def _log_density(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
+def log_density_of_shape(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
     """Of the proposal, up to a constant that changes with its factor."""
     z = jax.scipy.linalg.solve_triangular(proposal.factor, point - proposal.centre, lower=True)
     size = proposal.centre.size
@@ -152,7 +153,7 @@ def _weighed(
 
     def one(point: Array) -> _Weighed:
         energy = potential_given(predicted, vector.at[entries].set(entries_of(point)), layout, data)
-        weight = -energy - _log_density(point, proposal)
+        weight = -energy - log_density_of_shape(point, proposal)
         return _Weighed(energy, jnp.where(jnp.isnan(weight), -jnp.inf, weight))
 
     return jax.vmap(one)(points)
@@ -183,7 +184,7 @@ def move_noise(
     """
     entries = blocks(layout).noise
     key_points, key_choice = jax.random.split(key)
-    points = _sample(key_points, proposal, CANDIDATES)
+    points = sample_shapes(key_points, proposal, CANDIDATES)
     points = jnp.concatenate([shape_of(vector[entries])[None], points])
     weighed = _weighed(points, predicted, vector, proposal, layout, data)
     chosen = jax.random.categorical(key_choice, weighed.log_weight)
