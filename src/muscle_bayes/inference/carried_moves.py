@@ -11,9 +11,10 @@ from muscle_bayes.inference.bend_walls import bent_walls
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.density import constrain, log_prior_entries, potential_given
 from muscle_bayes.inference.noise_moves import (
+    LOCAL_SHARE,
+    around,
+    candidates,
     entries_of,
-    log_density_of_shape,
-    sample_shapes,
     shape_of,
 )
 from muscle_bayes.inference.normal_equations import Linear, normal_equations, shown
@@ -54,20 +55,23 @@ class _Candidate(NamedTuple):
     """Log of target over proposal, volumes counted."""
 
 
-def _drawn(key: Array, here: _Held, white: Whitening) -> tuple[_Held, Float[Array, " candidate"]]:
-    """Here and candidates beside it, and the log density of each as a proposal."""
-    key_shape, key_walled, key_coin = jax.random.split(key, 3)
-    shapes = sample_shapes(key_shape, white.noise, CANDIDATES)
-    shapes = jnp.concatenate([here.shape[None], shapes])
+def _candidates(
+    key: Array, here: _Held, white: Whitening
+) -> tuple[_Held, Float[Array, " candidate"]]:
+    """Here and others, and the log density of each as a proposal."""
+    key_local, key_shape, key_walled, key_coin = jax.random.split(key, 4)
+    local = jax.random.uniform(key_local) < LOCAL_SHARE
+    shape = candidates(key_shape, here.shape, white.noise, local, CANDIDATES)
     ridge = white.ridge
     moved = has_ridge(ridge) & (jax.random.uniform(key_coin, here.walled.shape) < FORCED)
-    wide = jnp.where(moved, WIDER * ridge.spread, 1.0)
+    wide = jnp.where(moved, WIDER * ridge.spread, 0.0)
+    near = around(key_walled, here.walled, jnp.diag(wide), CANDIDATES).point
     fresh = jax.random.normal(key_walled, (CANDIDATES, here.walled.size))
-    walled = jnp.where(moved, ridge.middle + wide * fresh, here.walled)
-    walled = jnp.concatenate([here.walled[None], walled])
-    of_walled = -0.5 * jnp.sum(jnp.where(moved, (walled - ridge.middle) / wide, 0.0) ** 2, axis=1)
-    of_shape = jax.vmap(lambda shape: log_density_of_shape(shape, white.noise))(shapes)
-    return _Held(shapes, walled), of_shape + of_walled
+    far = jnp.concatenate([here.walled[None], ridge.middle + wide * fresh])
+    walled = jnp.where(moved, jnp.where(local, near, far), here.walled)
+    away = jnp.where(moved & ~local, (walled - ridge.middle) / jnp.where(moved, wide, 1.0), 0.0)
+    log_density = shape.log_density - 0.5 * jnp.sum(away**2, axis=1)
+    return _Held(shape.point, walled), log_density
 
 
 def offer_carried(
@@ -93,7 +97,7 @@ def offer_carried(
     z = whitened(vector, white, layout, data)
     origin = jnp.zeros_like(z)
     here = _Held(shape_of(vector[noise]), bent_walls(vector, layout, data)[outer])
-    held, log_proposal = _drawn(key_points, here, white)
+    held, log_proposal = _candidates(key_points, here, white)
 
     def rest_of(held: _Held) -> Array:
         return vector.at[outer].set(held.walled).at[noise].set(entries_of(held.shape))

@@ -21,6 +21,10 @@ WIDE, WIDE_SHARE = 4.0, 0.2
 """Scale and share of the proposal's wide part, for tails that were not seen."""
 CANDIDATES = 32
 """Proposals per move."""
+LOCAL_SHARE = 0.3
+"""Of moves, those whose candidates lie around the present point: in tails few others do."""
+SHORTEST = 0.1
+"""Least standard deviation of their distance, in that of the proposal, which is the greatest."""
 
 
 class Proposal(NamedTuple):
@@ -50,8 +54,7 @@ def entries_of(shape: Float[Array, " k"]) -> Float[Array, " k"]:
     return jnp.stack([noise, total + 0.5 * jax.nn.log_sigmoid(odds), time], 1).ravel()
 
 
-def sample_shapes(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
-    """Draws of the proposal."""
+def _sample(key: Array, proposal: Proposal, count: int) -> Float[Array, "count k"]:
     key_normal, key_mixing, key_wide = jax.random.split(key, 3)
     normal = jax.random.normal(key_normal, (count, proposal.centre.size))
     mixing = jnp.mean(jax.random.normal(key_mixing, (count, FREEDOM)) ** 2, axis=1, keepdims=True)
@@ -59,7 +62,7 @@ def sample_shapes(key: Array, proposal: Proposal, count: int) -> Float[Array, "c
     return proposal.centre + (wide * normal / jnp.sqrt(mixing)) @ proposal.factor.T
 
 
-def log_density_of_shape(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
+def _log_density(point: Float[Array, " k"], proposal: Proposal) -> Float[Array, ""]:
     """Of the proposal, up to a constant that changes with its factor."""
     z = jax.scipy.linalg.solve_triangular(proposal.factor, point - proposal.centre, lower=True)
     size = proposal.centre.size
@@ -69,6 +72,39 @@ def log_density_of_shape(point: Float[Array, " k"], proposal: Proposal) -> Float
         return jnp.log(share) - size * jnp.log(scale) - 0.5 * (FREEDOM + size) * tail
 
     return jnp.logaddexp(part(1.0 - WIDE_SHARE, 1.0), part(WIDE_SHARE, WIDE))
+
+
+class Candidates(NamedTuple):
+    """Points of which one is chosen, the present one first."""
+
+    point: Float[Array, "candidate k"]
+    log_density: Float[Array, " candidate"]
+    """Log density of each as a proposal, up to a constant."""
+
+
+def around(
+    key: Array, here: Float[Array, " k"], factor: Float[Array, "k k"], count: int
+) -> Candidates:
+    """Draws about a centre that is itself drawn about the present point, all alike.
+
+    Given the centre the present point is one of them, whichever it is: none is more of a proposal
+    than another (Tjelmeland, Preprint Statistics 4, NTNU Trondheim, 2004).
+    """
+    key_scale, key_centre, key_points = jax.random.split(key, 3)
+    scale = SHORTEST ** jax.random.uniform(key_scale)
+    centre = here + scale * factor @ jax.random.normal(key_centre, here.shape)
+    points = centre + scale * jax.random.normal(key_points, (count, here.size)) @ factor.T
+    return Candidates(jnp.concatenate([here[None], points]), jnp.zeros(1 + count))
+
+
+def candidates(
+    key: Array, here: Float[Array, " k"], proposal: Proposal, local: Array, count: int
+) -> Candidates:
+    """Draws of the proposal, or, if `local`, around the present shape."""
+    near = around(key, here, proposal.factor, count)
+    points = jnp.concatenate([here[None], _sample(key, proposal, count)])
+    far = Candidates(points, jax.vmap(lambda point: _log_density(point, proposal))(points))
+    return jax.tree.map(lambda a, b: jnp.where(local, a, b), near, far)
 
 
 def refit(proposal: Proposal, draws: Float[Array, "draw k"], trust: float) -> Proposal:
@@ -142,21 +178,20 @@ class _Weighed(NamedTuple):
 
 
 def _weighed(
-    points: Float[Array, "count k"],
+    tried: Candidates,
     predicted: list[LanePrediction],
     vector: Array,
-    proposal: Proposal,
     layout: Layout,
     data: Data,
 ) -> _Weighed:
     entries = blocks(layout).noise
 
-    def one(point: Array) -> _Weighed:
+    def one(point: Array, log_density: Array) -> _Weighed:
         energy = potential_given(predicted, vector.at[entries].set(entries_of(point)), layout, data)
-        weight = -energy - log_density_of_shape(point, proposal)
+        weight = -energy - log_density
         return _Weighed(energy, jnp.where(jnp.isnan(weight), -jnp.inf, weight))
 
-    return jax.vmap(one)(points)
+    return jax.vmap(one)(*tried)
 
 
 class NoiseMove(NamedTuple):
@@ -178,15 +213,15 @@ def move_noise(
 ) -> NoiseMove:
     """The vector with its noise entries drawn anew; `predicted` are its predictions.
 
-    The present entries and CANDIDATES draws of the proposal q are weighted by target / q and one is
-    chosen (iterated sampling importance resampling; Andrieu, Lee & Vihola, Bernoulli 24, 2018): the
-    target stays invariant, whatever q.
+    The present entries and CANDIDATES others, draws of the proposal or around the present ones, are
+    weighted by target / proposal and one is chosen (iterated sampling importance resampling; Andrieu,
+    Lee & Vihola, Bernoulli 24, 2018): the target stays invariant, whatever the proposal.
     """
     entries = blocks(layout).noise
-    key_points, key_choice = jax.random.split(key)
-    points = sample_shapes(key_points, proposal, CANDIDATES)
-    points = jnp.concatenate([shape_of(vector[entries])[None], points])
-    weighed = _weighed(points, predicted, vector, proposal, layout, data)
+    key_local, key_points, key_choice = jax.random.split(key, 3)
+    local = jax.random.uniform(key_local) < LOCAL_SHARE
+    tried = candidates(key_points, shape_of(vector[entries]), proposal, local, CANDIDATES)
+    weighed = _weighed(tried, predicted, vector, layout, data)
     chosen = jax.random.categorical(key_choice, weighed.log_weight)
-    moved = vector.at[entries].set(entries_of(points[chosen]))
+    moved = vector.at[entries].set(entries_of(tried.point[chosen]))
     return NoiseMove(moved, weighed.energy[chosen])
