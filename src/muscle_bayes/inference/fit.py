@@ -28,7 +28,7 @@ from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.sampler import Draws, Effort, draw
 
-QUICK = Effort(warmup=120, draws=160, rounds=24, min_ess=200)
+QUICK = Effort(warmup=120, draws=160, rounds=40, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 MOST_INFORMATION = 1.0 / np.finfo(float).eps
