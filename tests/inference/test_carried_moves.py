@@ -1,4 +1,4 @@
-"""Carried moves: by the surrogate they draw from what plain moves draw from, in fewer of them."""
+"""Carried moves: by the surrogate they draw from what plain moves draw from."""
 
 from pathlib import Path
 
