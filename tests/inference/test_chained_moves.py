@@ -6,7 +6,7 @@ import numpy as np
 
 from muscle_bayes.inference.chained_moves import chained
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.walled_moves import WalledOffer
+from muscle_bayes.inference.proposed_move import ProposedMove
 
 
 @double_precision
@@ -14,7 +14,7 @@ def test_the_end_is_judged_by_the_target_alone():
     """Target N(0.3, 1); surrogate N(-0.4, 1.5^2)."""
 
     def offer(key, vector):
-        return WalledOffer(vector + 1.5 * jax.random.normal(key, vector.shape), jnp.zeros(()))
+        return ProposedMove(vector + 1.5 * jax.random.normal(key, vector.shape), jnp.zeros(()))
 
     def surrogate(vector):
         return 0.5 * ((vector[0] + 0.4) / 1.5) ** 2

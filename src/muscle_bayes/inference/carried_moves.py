@@ -19,9 +19,9 @@ from muscle_bayes.inference.noise_moves import (
 )
 from muscle_bayes.inference.normal_equations import Linear, normal_equations, shown
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.proposed_move import ProposedMove
 from muscle_bayes.inference.ridge import WIDER, has_ridge
 from muscle_bayes.inference.surrogate import Surrogate
-from muscle_bayes.inference.walled_moves import WalledOffer
 from muscle_bayes.inference.whitening import Whitening, placed, whitened
 
 CANDIDATES = 4
@@ -81,7 +81,7 @@ def offer_carried(
     surrogate: Surrogate,
     layout: Layout,
     data: Data,
-) -> WalledOffer:
+) -> ProposedMove:
     """Noise and minimum forces drawn anew by the surrogate, the smooth entries carried along.
 
     Where misfit is small smooth entries are known well, and forces only together with them: either
@@ -143,4 +143,4 @@ def offer_carried(
     chosen = jax.random.categorical(key_choice, found.log_weight)
     # The present point as it is, not as rounding in two changes of coordinates leaves it.
     end = jnp.where(chosen == 0, vector, found.vector[chosen])
-    return WalledOffer(end, found.energy[chosen] - found.energy[0])
+    return ProposedMove(end, found.energy[chosen] - found.energy[0])

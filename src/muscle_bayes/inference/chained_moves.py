@@ -6,16 +6,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.walled_moves import WalledOffer
+from muscle_bayes.inference.proposed_move import ProposedMove
 
 
 def chained(
     key: Array,
     vector: Float[Array, " n"],
     energy_at: Callable[[Array], Array],
-    offer_at: Callable[[Array, Array], WalledOffer],
+    offer_at: Callable[[Array, Array], ProposedMove],
     count: int,
-) -> WalledOffer:
+) -> ProposedMove:
     """Where `count` moves lead, each made by `offer_at(key, vector)` and accepted by `energy_at(vector)`.
 
     That is the surrogate's negative log density, which leads from one end to the other as often as back:
@@ -40,4 +40,4 @@ def chained(
 
     none = jnp.zeros(())
     end, at, begun = jax.lax.fori_loop(0, 1 + count, step, (vector, none, none))
-    return WalledOffer(end, at - begun)
+    return ProposedMove(end, at - begun)

@@ -34,10 +34,11 @@ from muscle_bayes.inference.kernel import (
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.proposed_move import ProposedMove
 from muscle_bayes.inference.ridge import SHARE, has_ridge, offer_along_ridge
 from muscle_bayes.inference.start_moves import has_edges, offer_start
 from muscle_bayes.inference.surrogate import Surrogate
-from muscle_bayes.inference.walled_moves import WalledOffer, offer_walled
+from muscle_bayes.inference.walled_moves import offer_walled
 from muscle_bayes.inference.whitening import Whitening, placed, straight, whitened
 
 CARRYING = 0.5
@@ -180,14 +181,14 @@ def guided_kernel_of(layout: Layout) -> Kernel:
 
     def by_ridge(
         key: Array, which: Array, here: _Here, white: Whitening, surrogate: Surrogate, data: Data
-    ) -> WalledOffer:
+    ) -> ProposedMove:
         """Moves of a walled entry along its ridge by the surrogate."""
 
         def energy(vector: Array) -> Array:
             predicted = surrogate.at(straight(vector, white, layout, data))
             return _or_infinite(potential_given(predicted, vector, layout, data))
 
-        def along(key: Array, vector: Array) -> WalledOffer:
+        def along(key: Array, vector: Array) -> ProposedMove:
             return offer_along_ridge(key, which, vector, white.ridge, white.bend, layout, data)
 
         return chained(key, here.vector, energy, along, RIDGE_STEPS)
@@ -215,10 +216,10 @@ def guided_kernel_of(layout: Layout) -> Kernel:
                 key_kind, key_made = jax.random.split(key_offer)
                 which = index - 1
 
-                def along() -> WalledOffer:
+                def along() -> ProposedMove:
                     return by_ridge(key_made, which, here, white, surrogate, data)
 
-                def alone() -> WalledOffer:
+                def alone() -> ProposedMove:
                     walled = white.walled
                     return offer_walled(key_made, which, here.vector, walled, data.tension, layout)
 

@@ -17,7 +17,8 @@ from muscle_bayes.inference.density import constrain, potential, potential_given
 from muscle_bayes.inference.lane_model import LanePrediction, predictions
 from muscle_bayes.inference.noise_moves import disperse, lasting_misfit, move_noise, reading_spacing
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.walled_moves import WalledOffer, WalledState, move_walled
+from muscle_bayes.inference.proposed_move import ProposedMove
+from muscle_bayes.inference.walled_moves import WalledState, move_walled
 from muscle_bayes.inference.whitening import Whitening, offer, placed, whitened
 
 CHUNK = 50
@@ -252,7 +253,7 @@ def kernel_of(layout: Layout) -> Kernel:
 
             begun = WalledState(vector, -log_density)
 
-            def offer_at(key: Array, which: Array, vector: Array) -> WalledOffer:
+            def offer_at(key: Array, which: Array, vector: Array) -> ProposedMove:
                 return offer(key, which, vector, white, layout, data)
 
             walled = move_walled(key_walled, begun, energy_at, offer_at, layout)

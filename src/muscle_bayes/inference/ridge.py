@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float
 from muscle_bayes.inference.bend import Bend, bent, unbent
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.walled_moves import WalledOffer
+from muscle_bayes.inference.proposed_move import ProposedMove
 
 SHARE = 0.8
 """Of the moves of a minimum force that has a ridge, those along it."""
@@ -111,7 +111,7 @@ def offer_along_ridge(
     bend: Bend,
     layout: Layout,
     data: Data,
-) -> WalledOffer:
+) -> ProposedMove:
     """A proposal for the walled entry `which`, a step or a draw, with all that moves with it."""
     key_kind, key_step, key_draw = jax.random.split(key, 3)
     here = bent(vector, bend, layout, data)
@@ -124,4 +124,4 @@ def offer_along_ridge(
     length, log_odds = (jnp.where(anew, a, b) for a, b in zip(draw, step, strict=True))
     there = here + length * ridge.direction[which]
     after, before = (unbent(one, bend, layout, data) for one in (there, here))
-    return WalledOffer(after.vector, after.log_volume - before.log_volume + log_odds)
+    return ProposedMove(after.vector, after.log_volume - before.log_volume + log_odds)

@@ -11,8 +11,8 @@ from jaxtyping import Array, Bool, Float
 from muscle_bayes.inference.bend_hyst import starts
 from muscle_bayes.inference.dead_bands import START
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.proposed_move import ProposedMove
 from muscle_bayes.inference.squeeze import Squeeze
-from muscle_bayes.inference.walled_moves import WalledOffer
 
 
 def _told(squeeze: Squeeze) -> Bool[Array, " edge"]:
@@ -27,7 +27,7 @@ def has_edges(squeeze: Squeeze) -> Bool[Array, ""]:
 
 def offer_start(
     key: Array, vector: Float[Array, " n"], squeeze: Squeeze, layout: Layout, data: Data
-) -> WalledOffer:
+) -> ProposedMove:
     """The unconstrained vector with a start at one of the edges drawn anew from its prior.
 
     An independence sampler: the prior's density s' over s, p(s) / p(s'), is the odds of the way back.
@@ -42,4 +42,6 @@ def offer_start(
     )
     normal = jax.random.normal(key_start)
     before = (vector[entry] - middle) / scale
-    return WalledOffer(vector.at[entry].set(middle + scale * normal), 0.5 * (normal**2 - before**2))
+    return ProposedMove(
+        vector.at[entry].set(middle + scale * normal), 0.5 * (normal**2 - before**2)
+    )

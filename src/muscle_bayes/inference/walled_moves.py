@@ -12,6 +12,7 @@ from numpyro.distributions import biject_to
 from muscle_bayes.inference.blocks import WALLED, blocks
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.proposed_move import ProposedMove
 from muscle_bayes.physics.springs import tensile_strain
 
 CARRYING = WALLED[0]
@@ -109,15 +110,6 @@ class WalledProposal(NamedTuple):
     table: Table
 
 
-class WalledOffer(NamedTuple):
-    """A vector to move to."""
-
-    vector: Float[Array, " n"]
-    """Unconstrained."""
-    log_odds: Float[Array, ""]
-    """Log density of the way back over that of the way there."""
-
-
 class WalledState(NamedTuple):
     """What the moves change."""
 
@@ -140,7 +132,7 @@ def offer_walled(
     proposal: WalledProposal,
     tension: Float[Array, ""],
     layout: Layout,
-) -> WalledOffer:
+) -> ProposedMove:
     """A proposal for the walled entry `which`, from its table or local; neither needs a gradient.
 
     A plain proposal moves a minimum force F alone: under `tension` [N], to which it refers,
@@ -173,14 +165,14 @@ def offer_walled(
     moved = moved.at[friction].add(carries * (after - before))
     table = proposal.table
     back = table.log_density(which, before) - table.log_density(which, after)
-    return WalledOffer(moved, jnp.where(tabled, back, 0.0))
+    return ProposedMove(moved, jnp.where(tabled, back, 0.0))
 
 
 def move_walled(
     key: Array,
     state: WalledState,
     energy_at: Callable[[Array], Array],
-    offer_at: Callable[[Array, Array, Array], WalledOffer],
+    offer_at: Callable[[Array, Array, Array], ProposedMove],
     layout: Layout,
 ) -> WalledState:
     """A proposal for each walled entry in turn, accepted by the energy.

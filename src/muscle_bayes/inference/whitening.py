@@ -14,9 +14,10 @@ from muscle_bayes.inference.bend_sizes import Sizes
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.noise_moves import Proposal
 from muscle_bayes.inference.problem import Data, Layout
+from muscle_bayes.inference.proposed_move import ProposedMove
 from muscle_bayes.inference.ridge import SHARE, Ridge, has_ridge, offer_along_ridge
 from muscle_bayes.inference.squeeze import Squeeze, squeezed, unsqueezed
-from muscle_bayes.inference.walled_moves import Table, WalledOffer, WalledProposal, offer_walled
+from muscle_bayes.inference.walled_moves import Table, WalledProposal, offer_walled
 
 
 class Whitening(NamedTuple):
@@ -92,7 +93,7 @@ def offer(
     white: Whitening,
     layout: Layout,
     data: Data,
-) -> WalledOffer:
+) -> ProposedMove:
     """A proposal for the walled entry `which`, alone or along its ridge."""
     key_kind, key_offer = jax.random.split(key)
     along = offer_along_ridge(key_offer, which, vector, white.ridge, white.bend, layout, data)
