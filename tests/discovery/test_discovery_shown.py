@@ -7,6 +7,7 @@ import pytest
 
 from muscle_bayes.discovery.locate import Located, MisfitMap
 from muscle_bayes.discovery.result import NextExperiment, Step
+from muscle_bayes.discovery.summary import verdict_text
 
 WINDOW = Located("<run>", 10.0, 20.0, "sigma < 0 and T > 80 C", 1.5, "counts", 0.004, 0.8)
 
@@ -34,3 +35,17 @@ def test_the_share_of_a_gap_is_told_only_where_chance_does_not_leave_as_much():
     assert Step.closed(step, "run", 1.0) == pytest.approx(1.0)
     assert Step.closed(step, "run", 0.5) == pytest.approx(3.0 / 3.75)
     assert Step.closed(step, "run", 1.9) is None
+
+
+def test_a_misfit_that_may_be_chance_is_told_with_both_probabilities():
+    def found(unknown: float, none: float):
+        final = SimpleNamespace(misfit=MisfitMap((WINDOW,), 0.0028, 12.0, ()))
+        probabilities = {"slack": 1.0 - unknown - none, "unknown": unknown, "none": none}
+        return SimpleNamespace(
+            verdict="unknown", steps=(), probabilities=probabilities, final=final
+        )
+
+    told = verdict_text(found(0.45, 0.39))
+    for words in ("p = 0.0028", "unknown (45%)", "nothing missing (39%)"):
+        assert words in told
+    assert verdict_text(found(0.95, 0.04)).startswith("Something is missing")
