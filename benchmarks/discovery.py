@@ -10,6 +10,7 @@ effects' signatures, threshold by BIC; the effect with the largest coefficient. 
 
 import argparse
 import json
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,9 @@ def by_sparse_regression(outcome: Mapping[str, Any]) -> str:
     for threshold in THRESHOLDS:
         model = pysindy.STLSQ(threshold=float(threshold), alpha=1e-6)
         try:
-            model.fit(x, y[:, None])
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sparsity parameter is too big", UserWarning)
+                model.fit(x, y[:, None])
         except ValueError:  # every coefficient was thresholded away
             continue
         coefficients = np.asarray(model.coef_).ravel()

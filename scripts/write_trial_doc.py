@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from muscle_bayes.cli.trial import trial
+from muscle_bayes.discovery.naming import PRIOR_NONE
 from muscle_bayes.trial.cases import KINDS
 
 ROOT = Path(__file__).parents[1]
@@ -56,9 +57,14 @@ def main(folder: Path) -> None:
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "
             f"| {one['low']:.0%} to {one['high']:.0%} | {verdict(one)} |\n"
         )
-    error = found["calibration_error"]
+    error, presumed = found["calibration_error"], found["calibration_error_as_presumed"]
     met = "below" if error < 0.1 else "**not below**"
-    page += f"\nExpected calibration error of the probabilities: {error:.3f}, {met} 0.1.\n"
+    share = found["kinds"].get("none", 0) / found["cases"]
+    page += (
+        f"\nExpected calibration error of the probabilities: {error:.3f}, {met} 0.1. They presume that "
+        f"nothing is missing in {PRIOR_NONE:.0%} of all data sets, and nothing was hidden in {share:.0%} "
+        f"of these; with cases weighed so that it is as presumed, {presumed:.3f}.\n"
+    )
     (DOCS / "figures").mkdir(exist_ok=True)
     shutil.copyfile(folder / "trial.png", DOCS / "figures" / "trial.png")
     page += "\n![Confusion matrix and reliability, synthetic data](figures/trial.png)\n"

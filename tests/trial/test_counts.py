@@ -1,10 +1,11 @@
 """Counting of outcomes, on outcomes made up for it."""
 
+import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 from muscle_bayes.trial.cases import cases, data_set
-from muscle_bayes.trial.counts import Rate, confusion, counted, rates, reliability
+from muscle_bayes.trial.counts import Rate, as_presumed, confusion, counted, rates, reliability
 from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS
 
@@ -76,12 +77,23 @@ def test_confusion_leaves_out_what_cannot_be_seen() -> None:
 def test_reliability_of_statements() -> None:
     sure = [_outcome("none", [], ["none"], said=0.95) for _ in range(8)]
     wrong = [_outcome("none", [], ["slack"], said=0.95) for _ in range(2)]
-    bins, error = reliability(sure + wrong)
+    bins, error = reliability(sure + wrong, np.ones(10))
     assert [(one.said, one.true, one.statements) for one in bins] == [
         (pytest.approx(0.95), pytest.approx(0.8), 10)
     ]
     assert error == pytest.approx(0.15)
     assert counted(OUTCOMES)["cases"] == len(OUTCOMES)
+
+
+def test_calibration_where_nothing_is_hidden_as_often_as_presumed() -> None:
+    none = [_outcome("none", [], ["none"], said=0.7) for _ in range(9)]
+    missed = [_outcome("single", ["slack"], ["none"], said=0.7)]
+    assert as_presumed(none + missed) == pytest.approx([5 / 9] * 9 + [5.0])
+    # Said with 0.7: true in 9 of 10, and in one half of what the probabilities presume.
+    told = counted(none + missed)
+    assert told["calibration_error"] == pytest.approx(0.2)
+    assert told["calibration_error_as_presumed"] == pytest.approx(0.2)
+    assert counted(none)["calibration_error_as_presumed"] == pytest.approx(0.3)
 
 
 def test_cases_are_spread_over_all_effects() -> None:

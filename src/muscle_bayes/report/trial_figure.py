@@ -4,15 +4,17 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from muscle_bayes.discovery.naming import NONE
+from muscle_bayes.physics.effects import CATALOGUE
 from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
-from muscle_bayes.trial.counts import Rate
+from muscle_bayes.trial.counts import NOTHING, Rate
 
 
 def trial_figure(numbers: dict[str, Any]) -> Figure:
     """Confusion matrix, and how often statements of a probability were true."""
     table = numbers["confusion"]
-    said = sorted({name for row in table.values() for name in row})
-    hidden = list(table)
+    said = sorted({name for row in table.values() for name in row}, key=_place)
+    hidden = sorted(table, key=_place)
     with quiet_style():
         fig = Figure(figsize=(11.0, 1.8 + 0.32 * max(len(hidden), 8)))
         left, right = fig.subplots(1, 2, width_ratios=[1.6, 1.0])
@@ -25,7 +27,7 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
                     left.text(column, row, str(count), ha="center", va="center", fontsize=8)
         left.set(xlim=(-0.6, len(said) - 0.4), ylim=(len(hidden) - 0.4, -0.6))
         left.set_xticks(range(len(said)), said, rotation=60, ha="right")
-        left.set_yticks(range(len(hidden)), hidden)
+        left.set_yticks(range(len(hidden)), [_told(name) for name in hidden])
         left.set_title("detectable effect hidden (rows), said first (columns): cases")
         right.plot([0, 1], [0, 1], color=GREY, linestyle="--", linewidth=1.0)
         for one in numbers["reliability"]:
@@ -52,6 +54,16 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
             f"Trial of discovery on {numbers['cases']} SYNTHETIC data sets", x=0.01, ha="left"
         )
     return fig
+
+
+def _place(name: str) -> tuple[int, str]:
+    """Order in which right answers lie on the diagonal: effects, what no catalogue has, nothing."""
+    return 0 if name in CATALOGUE else 2 if name in (NOTHING, NONE) else 1, name
+
+
+def _told(hidden: str) -> str:
+    known = hidden in CATALOGUE or hidden == NOTHING
+    return hidden if known else f"{hidden} (not in the catalogue)"
 
 
 def _cell(column: int, row: int, share: float):

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
-from muscle_bayes.discovery.naming import NONE, UNKNOWN
+from muscle_bayes.discovery.naming import NONE, PRIOR_NONE, UNKNOWN
 
 DETECTABLE = 0.5
 """Least excess misfit, in the error of a reading, of a case that counts as detectable."""
 CLOSE = 1.2
 """Largest RMSE of held-out readings, in their own error, that counts as explained."""
+NOTHING = "nothing"
+"""What the confusion matrix calls a case without hidden effect."""
 BINS = 5
+EPS = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def confusion(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]
         if one["kind"] in ("single", "outside") and one["excess"] >= DETECTABLE:
             table.setdefault(one["hidden"][0], Counter())[one["verdict"][0]] += 1
         elif one["kind"] == "none":
-            table.setdefault("nothing", Counter())[one["verdict"][0]] += 1
+            table.setdefault(NOTHING, Counter())[one["verdict"][0]] += 1
     return {hidden: dict(found) for hidden, found in sorted(table.items())}
 
 
@@ -108,10 +111,20 @@ class Bin:
     statements: int
 
 
-def reliability(outcomes: Sequence[Mapping[str, Any]]) -> tuple[list[Bin], float]:
+def as_presumed(outcomes: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Weight of each case, such that nothing is hidden as often as probabilities presume."""
+    none = np.array([one["kind"] == "none" for one in outcomes])
+    share = none.mean() if len(none) else PRIOR_NONE
+    return np.where(none, PRIOR_NONE / max(share, EPS), (1.0 - PRIOR_NONE) / max(1.0 - share, EPS))
+
+
+def reliability(
+    outcomes: Sequence[Mapping[str, Any]], weights: np.ndarray
+) -> tuple[list[Bin], float]:
     """How often statements came true, by the probability given to them; expected calibration error.
 
-    A statement is the likeliest answer of a case: an effect, none or unknown.
+    A statement is the likeliest answer of a case: an effect, none or unknown. Each counts as much as
+    its case's weight.
     """
     said, true = [], []
     for one in outcomes:
@@ -121,20 +134,24 @@ def reliability(outcomes: Sequence[Mapping[str, Any]]) -> tuple[list[Bin], float
         true.append(answer in truth)
     given, came = np.array(said, float), np.array(true, float)
     owner = np.minimum((given * BINS).astype(int), BINS - 1)
-    found = [
-        Bin(
-            float(given[owner == k].mean()), float(came[owner == k].mean()), int((owner == k).sum())
+    found, error = [], 0.0
+    for k in np.unique(owner):
+        inside = owner == k
+        weight = weights[inside]
+        group = Bin(
+            float(np.average(given[inside], weights=weight)),
+            float(np.average(came[inside], weights=weight)),
+            int(inside.sum()),
         )
-        for k in range(BINS)
-        if np.any(owner == k)
-    ]
-    error = sum(abs(one.said - one.true) * one.statements for one in found) / max(len(said), 1)
-    return found, float(error)
+        error += abs(group.said - group.true) * float(weight.sum())
+        found.append(group)
+    return found, error / float(weights.sum()) if len(said) else 0.0
 
 
 def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """All numbers of a trial, as JSON takes them."""
-    bins, error = reliability(outcomes)
+    bins, error = reliability(outcomes, np.ones(len(outcomes)))
+    _, presumed = reliability(outcomes, as_presumed(outcomes))
     return {
         "cases": len(outcomes),
         "kinds": dict(Counter(one["kind"] for one in outcomes)),
@@ -142,4 +159,5 @@ def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "confusion": confusion(outcomes),
         "reliability": [asdict(one) for one in bins],
         "calibration_error": error,
+        "calibration_error_as_presumed": presumed,
     }
