@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from muscle_bayes.discovery.discover import _verdict
 from muscle_bayes.discovery.locate import Located, MisfitMap
 from muscle_bayes.discovery.result import NextExperiment, Step
 from muscle_bayes.discovery.summary import verdict_text
@@ -37,15 +38,21 @@ def test_the_share_of_a_gap_is_told_only_where_chance_does_not_leave_as_much():
     assert Step.closed(step, "run", 1.9) is None
 
 
-def test_a_misfit_that_may_be_chance_is_told_with_both_probabilities():
-    def found(unknown: float, none: float):
-        final = SimpleNamespace(misfit=MisfitMap((WINDOW,), 0.0028, 12.0, ()))
-        probabilities = {"slack": 1.0 - unknown - none, "unknown": unknown, "none": none}
-        return SimpleNamespace(
-            verdict="unknown", steps=(), probabilities=probabilities, final=final
-        )
-
-    told = verdict_text(found(0.45, 0.39))
-    for words in ("p = 0.0028", "unknown (45%)", "nothing missing (39%)"):
-        assert words in told
-    assert verdict_text(found(0.95, 0.04)).startswith("Something is missing")
+@pytest.mark.parametrize(
+    ("none", "verdict"), [(0.05, "unknown"), (0.39, "none")], ids=["sure", "may be chance"]
+)
+def test_what_nothing_explains_is_claimed_if_it_is_hardly_chance(none: float, verdict: str):
+    left = MisfitMap((WINDOW,), 0.0028, 12.0, ())
+    probabilities = {"slack": 0.1, "unknown": 0.9 - none, "none": none}
+    assert _verdict((), probabilities, left) == verdict
+    final = SimpleNamespace(misfit=left)
+    found = SimpleNamespace(verdict=verdict, steps=(), probabilities=probabilities, final=final)
+    told = verdict_text(found)
+    if verdict == "unknown":
+        assert told.startswith("Something is missing")
+    for words in ("p = 0.0028", "none: 39%", "unknown: 51%"):
+        assert (words in told) == (verdict == "none")
+    calm = SimpleNamespace(misfit=MisfitMap((), 0.4, 0.0, ()))
+    assert _verdict((), probabilities | {"none": 0.8}, calm.misfit) == "none"
+    found.final, found.verdict = calm, "none"
+    assert verdict_text(found) == "Nothing is missing that these runs could show."

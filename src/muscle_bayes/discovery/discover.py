@@ -1,6 +1,6 @@
 """The workflow: locate, name, add, and again until nothing significant remains."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ from muscle_bayes.discovery.estimates import estimates, noise_floor, undetermine
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
-from muscle_bayes.discovery.naming import NONE, UNKNOWN, unexplained
+from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN, unexplained
 from muscle_bayes.discovery.next_experiment import propose
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Step
@@ -136,9 +136,10 @@ def _result(
         after = _judged(link.after, fitted, left if link.after is last else _located(link.after))
         steps.append(_step(link, fitted, before, after))
         before = after
+    probabilities = named.naming.with_unknown(odds, against_none)
     return Discovery(
-        verdict=_verdict(steps, left),
-        probabilities=named.naming.with_unknown(odds, against_none),
+        verdict=_verdict(steps, probabilities, left),
+        probabilities=probabilities,
         naming=named.naming,
         regression=named.regression,
         located=located,
@@ -160,9 +161,12 @@ def _next(links: Sequence[Link]) -> NextExperiment | None:
     return None
 
 
-def _verdict(steps: Sequence[Step], left: MisfitMap) -> str | tuple[str, ...]:
+def _verdict(
+    steps: Sequence[Step], probabilities: Mapping[str, float], left: MisfitMap
+) -> str | tuple[str, ...]:
     if not steps:
-        return UNKNOWN if left.significant else NONE
+        claimed = left.significant and 1.0 - probabilities[NONE] >= CLAIM
+        return UNKNOWN if claimed else NONE
     added = tuple(step.added for step in steps)
     return added[0] if len(added) == 1 else added
 

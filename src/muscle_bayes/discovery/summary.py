@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN
+from muscle_bayes.discovery.naming import NONE, UNKNOWN
 from muscle_bayes.discovery.result import Discovery, Step
 
 WINDOWS = 5
@@ -12,15 +12,16 @@ WINDOWS = 5
 def verdict_text(found: Discovery) -> str:
     """The verdict as a sentence."""
     if found.verdict == NONE:
-        return "Nothing is missing that these runs could show."
-    if found.verdict == UNKNOWN and not found.steps:
-        if found.probabilities[NONE] <= 1.0 - CLAIM:
-            return "Something is missing, but nothing tried explains it: unknown."
+        left = found.final.misfit
+        if not left.significant:
+            return "Nothing is missing that these runs could show."
+        none, unknown = (found.probabilities[name] for name in (NONE, UNKNOWN))
         return (
-            f"A misfit is left that nothing tried explains (p = {found.final.misfit.p_value:.2g}): unknown "
-            f"({found.probabilities[UNKNOWN]:.0%}), or chance and nothing missing "
-            f"({found.probabilities[NONE]:.0%})."
+            "Nothing is claimed. A misfit is left that nothing tried explains "
+            f"(p = {left.p_value:.2g}); it may be chance (none: {none:.0%}, unknown: {unknown:.0%})."
         )
+    if found.verdict == UNKNOWN and not found.steps:
+        return "Something is missing, but nothing tried explains it: unknown."
     parts = [
         f"unknown ({step.port}, depends on {', '.join(step.signals)})"
         if step.added == UNKNOWN

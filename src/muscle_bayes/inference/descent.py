@@ -8,7 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move, log_share
+from muscle_bayes.inference.damped_steps import (
+    LONGEST_MOVE,
+    Walls,
+    between_walls,
+    damped_move,
+    log_share,
+)
 from muscle_bayes.inference.density import LOG_2PI
 from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Choice, Nested
@@ -23,6 +29,8 @@ from muscle_bayes.inference.nested_programs import (
 MAX_STEPS = 40
 LEAST_GAIN = 0.1
 """Decrease of the potential below which a descent ends: far less than any comparison's uncertainty."""
+CUT = 0.99
+"""Share of the longest move from which on a step counts as cut short."""
 LEAST_PRECISION = 1e-4
 """Least prior precision of a direction, for flat or concave priors."""
 FIRST_DAMPING, MOST_DAMPING = 1e-2, 1e8
@@ -145,7 +153,8 @@ def go_on(
                 walls=walls,
                 damping=max(0.2 * fitted.damping, 1e-9),
             )
-            if gain < LEAST_GAIN:
+            # A step that was cut short gains little far from the end as well.
+            if gain < LEAST_GAIN and np.abs(move).max() < CUT * LONGEST_MOVE:
                 break
         else:
             fitted = replace(fitted, damping=6.0 * fitted.damping)

@@ -12,6 +12,7 @@ from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.record import Record
 from muscle_bayes.inference.rig import driving_force, first_strain, has_muscle, tension_lever
+from muscle_bayes.inference.standardised_normal import standardised
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -161,7 +162,9 @@ def mean_first_strain(runs: Sequence[Run]) -> float:
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
     """The parameters of the named effects, as `effect-name.parameter`."""
     return {
-        f"{name}.{key}": Site(parameter.prior(size), parameter.unit, parameter.meaning)
+        f"{name}.{key}": Site(
+            standardised(parameter.prior(size)), parameter.unit, parameter.meaning
+        )
         for name in names
         for key, parameter in effect_type(name).parameters.items()
     }

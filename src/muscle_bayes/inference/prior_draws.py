@@ -13,9 +13,11 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.density import is_possible
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.standardised_normal import StandardisedNormal
 
 SAMPLERS: dict[type[dist.Distribution], Callable[..., np.ndarray]] = {
     dist.Normal: lambda rng, size, loc, scale: rng.normal(loc, scale, size),
+    StandardisedNormal: lambda rng, size, loc, scale: rng.normal(loc, scale, size),
     dist.LogNormal: lambda rng, size, loc, scale: rng.lognormal(loc, scale, size),
     dist.HalfNormal: lambda rng, size, scale: np.abs(rng.normal(0.0, scale, size)),
     dist.HalfCauchy: lambda rng, size, scale: np.abs(scale * rng.standard_cauchy(size)),
