@@ -9,7 +9,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.chain import Chain, Link, chain
-from muscle_bayes.discovery.estimates import estimates, noise_floor, undetermined
+from muscle_bayes.discovery.estimates import curve, estimates, noise_floor, undetermined
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.judged import predictions
 from muscle_bayes.discovery.locate import MisfitMap, locate
@@ -188,7 +188,7 @@ def _judged(one: Explanation, fitted: Fitted, misfit: MisfitMap) -> Judged:
 def _step(link: Link, fitted: Fitted, before: Judged, after: Judged) -> Step:
     unnamed = link.effect.startswith(f"{PREFIX}-")
     signals = (function_type(link.effect).signal,) if unnamed else ()
-    train = link.after.search.train
+    train, seed = link.after.search.train, link.after.search.seed
     return Step(
         added=UNKNOWN if unnamed else link.effect,
         effect=link.effect,
@@ -196,7 +196,8 @@ def _step(link: Link, fitted: Fitted, before: Judged, after: Judged) -> Step:
         signals=signals,
         probability=link.naming.probabilities[link.effect],
         tie=link.naming.tie,
-        parameters=estimates(train, fitted, link.effect, link.after.search.seed),
+        parameters=estimates(train, fitted, link.effect, seed),
+        curve=curve(train, fitted, link.effect, seed) if unnamed else None,
         gate=link.gate,
         before=before,
         after=after,

@@ -5,14 +5,17 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.discovery.judged import laplace_draws
-from muscle_bayes.discovery.result import Estimate
+from muscle_bayes.discovery.result import Curve, Estimate
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
 from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.nested import Nested, general
 from muscle_bayes.inference.nested_programs import values_of
+from muscle_bayes.physics.effects.empirical import TERMS, function_type, polynomial
 
 DRAWS = 400
+POINTS = 101
+"""Of a curve."""
 LEVELS = (0.05, 0.5, 0.95)
 LOOSE = 0.5
 """Posterior standard deviation, as a share of the prior's, above which a parameter is not determined."""
@@ -22,13 +25,36 @@ OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correl
 
 def estimates(nested: Nested, fitted: Fitted, effect: str, seed: int) -> dict[str, Estimate]:
     """Median and central 90 % of an effect's parameters, by the normal approximation."""
-    points = laplace_draws(fitted, DRAWS, seed)
-    drawn = values_of(jnp.asarray(points), fitted.choice, nested.layout, nested.data)
     found = {}
-    for name in nested.slots_of((effect,)):
-        low, median, high = map(float, np.quantile(np.asarray(drawn[name]), LEVELS))
+    for name, drawn in _drawn(nested, fitted, effect, seed).items():
+        low, median, high = map(float, np.quantile(drawn, LEVELS))
         found[name.split(".")[1]] = Estimate(median, low, high, nested.problem.sites[name].unit)
     return found
+
+
+def curve(nested: Nested, fitted: Fitted, effect: str, seed: int) -> Curve:
+    """Pointwise median and central 90 % of a function that nobody has named, by the same draws."""
+    function = function_type(effect)
+    drawn = _drawn(nested, fitted, effect, seed)
+    names = [f"{general(effect)}.c{order}" for order in range(1, TERMS + 1)]
+    signal = np.linspace(function.low, function.high, POINTS)
+    added = polynomial(
+        [jnp.asarray(drawn[name])[:, None] for name in names],
+        jnp.asarray(signal),
+        jnp.asarray(function.low),
+        jnp.asarray(function.high),
+    )
+    low, median, high = np.quantile(np.asarray(added), LEVELS, axis=0)
+    return Curve(signal, median, low, high, nested.problem.sites[names[0]].unit)
+
+
+def _drawn(
+    nested: Nested, fitted: Fitted, effect: str, seed: int
+) -> dict[str, Float[np.ndarray, " draw"]]:
+    """Draws of an effect's parameters, as the nested model names them."""
+    points = laplace_draws(fitted, DRAWS, seed)
+    drawn = values_of(jnp.asarray(points), fitted.choice, nested.layout, nested.data)
+    return {name: np.asarray(drawn[name]) for name in nested.slots_of((effect,))}
 
 
 def _spread(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " shared"]:

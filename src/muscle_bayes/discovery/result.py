@@ -39,6 +39,21 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Curve:
+    """What a function that nobody has named adds to its port: median and central 90 %, pointwise.
+
+    On the damper port the value is multiplied by exp of it.
+    """
+
+    signal: np.ndarray
+    """What it depends on, over the range that runs have seen."""
+    median: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    unit: str
+
+
+@dataclass(frozen=True)
 class Step:
     """One effect added."""
 
@@ -53,6 +68,8 @@ class Step:
     tie: tuple[str, ...]
     """Effects that explain the same as well, likeliest first."""
     parameters: Mapping[str, Estimate]
+    curve: Curve | None
+    """Of a function that nobody has named."""
     gate: Gate
     before: Judged
     after: Judged
@@ -194,6 +211,14 @@ def _shown(judged: Judged, runs: list[str]) -> dict[str, Any]:
     }
 
 
+def _curve(curve: Curve) -> dict[str, Any]:
+    """Arrays as lists."""
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in asdict(curve).items()
+    }
+
+
 def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict[str, Any]:
     fitted = [run for run in step.after.checks if run not in held]
     kept = [run for run in step.after.checks if run in held]
@@ -205,6 +230,7 @@ def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict
         "probability": step.probability,
         "tie": list(step.tie),
         "parameters": {name: asdict(one) for name, one in step.parameters.items()},
+        "curve": None if step.curve is None else _curve(step.curve),
         "before": _shown(step.before, fitted),
         "after": _shown(step.after, fitted),
         "held_out": {"before": _shown(step.before, kept), "after": _shown(step.after, kept)},
@@ -214,4 +240,4 @@ def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict
     }
 
 
-__all__ = ["NONE", "UNKNOWN", "Discovery", "Estimate", "Judged", "NextExperiment", "Step"]
+__all__ = ["NONE", "UNKNOWN", "Curve", "Discovery", "Estimate", "Judged", "NextExperiment", "Step"]

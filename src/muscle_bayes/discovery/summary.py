@@ -2,9 +2,20 @@
 
 from collections.abc import Mapping
 
-from muscle_bayes.discovery.naming import NONE, UNKNOWN
-from muscle_bayes.discovery.result import Discovery, Step
+import numpy as np
 
+from muscle_bayes.discovery.naming import NONE, UNKNOWN
+from muscle_bayes.discovery.result import Curve, Discovery, Step
+
+SIGNAL_WORDS = {
+    "q": "angle or position",
+    "speed": "speed",
+    "load": "load",
+    "strain": "strain sigma of the muscle",
+    "hyst": "strain sigma_hyst of HYST",
+    "temperature": "temperature",
+}
+"""What a function may depend on, in words."""
 WINDOWS = 5
 """Windows of the misfit map that are told."""
 
@@ -89,12 +100,26 @@ def _closed(step: Step, run: str, floor: float) -> str:
     return "no gap" if share is None else f"{share:.0%}"
 
 
+def _curve(step: Step, curve: Curve) -> str:
+    """A function in words: its coefficients would tell nobody anything."""
+    bottom, top = np.argmin(curve.median), np.argmax(curve.median)
+    unit = "" if curve.unit == "1" else f" {curve.unit}"
+    what = "The damper's logarithm" if step.port == "damper" else f"The {step.port}"
+    ends = [f"{curve.median[i]:+.3g}{unit} at {curve.signal[i]:.3g}" for i in (bottom, top)]
+    return (
+        f"{what} changes by {ends[0]} to {ends[1]}, the {SIGNAL_WORDS[step.signals[0]]} being from "
+        f"{curve.signal[0]:.3g} to {curve.signal[-1]:.3g} (`unknown.png`)"
+    )
+
+
 def _step(step: Step, found: Discovery) -> list[str]:
     numbers = ", ".join(
         f"{name} {one.median:.3g} {'' if one.unit == '1' else one.unit}".rstrip()
         + f" (90 %: {one.low:.3g} to {one.high:.3g})"
         for name, one in step.parameters.items()
     )
+    if step.curve is not None:
+        numbers = _curve(step, step.curve)
     lines = [
         f"## Added: {step.added} (port {step.port})",
         "",

@@ -8,18 +8,33 @@ from matplotlib.figure import Figure
 
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.locate import MisfitMap
-from muscle_bayes.discovery.result import Discovery, Judged
+from muscle_bayes.discovery.result import Curve, Discovery, Judged, Step
+from muscle_bayes.discovery.summary import SIGNAL_WORDS
 from muscle_bayes.report.bands import draw_bands, origin_word
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style, save
 
+UNITS = {
+    "q": "rad or m",
+    "speed": "rad/s or m/s",
+    "load": "kg",
+    "strain": "1",
+    "hyst": "1",
+    "temperature": "C",
+}
+"""Of what a function may depend on."""
 LEAST_SHOWN = 0.001
 """Least probability that gets a bar."""
 
 
 def write_figures(found: Discovery, folder: Path, origins: Mapping[str, str]) -> None:
-    """Write misfit-map.png, probabilities.png and RUN.png for every run. Raises OSError."""
+    """Write misfit-map.png, probabilities.png and RUN.png for every run; unknown.png of a function
+    that nobody has named. Raises OSError.
+    """
     save(misfit_figure(found, origins), folder / "misfit-map.png")
     save(probability_figure(found), folder / "probabilities.png")
+    for step in found.steps:
+        if step.curve is not None:
+            save(unknown_figure(step, step.curve, origins), folder / "unknown.png")
     for run in found.nominal.predictions:
         save(before_after_figure(found, run, origins[run]), folder / f"{run}.png")
 
@@ -40,9 +55,8 @@ def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
                     axes[row, 0].set_ylabel(f"{line.run}\n[{line.unit}]", fontsize=7)
             axes[0, column].set_title(f"{when}: p = {one.p_value:.2g}")
             axes[-1, column].set_xlabel("time [s]")
-        kinds = ", ".join(sorted({origin_word(origin) for origin in origins.values()}))
         fig.suptitle(
-            f"Where readings disagree with the model ({kinds} data): reading minus model;\n"
+            f"Where readings disagree with the model ({_kinds(origins)} data): reading minus model;\n"
             "shaded where the misfit exceeds what noise and uncertain parameters allow",
             x=0.01,
             ha="left",
@@ -58,6 +72,32 @@ def _residuals(axis: Axes, line: Trace, found: MisfitMap) -> None:
         if one.run == line.run:
             axis.axvspan(one.start, one.end, color=VERMILLION, alpha=0.25, linewidth=0)
     axis.margins(x=0.01)
+
+
+def _kinds(origins: Mapping[str, str]) -> str:
+    return ", ".join(sorted({origin_word(origin) for origin in origins.values()}))
+
+
+def unknown_figure(step: Step, curve: Curve, origins: Mapping[str, str]) -> Figure:
+    """What a function that nobody has named adds to its port, over what it depends on."""
+    with quiet_style():
+        fig = Figure(figsize=(6.0, 3.4))
+        axis = fig.subplots()
+        axis.axhline(0.0, color=GREY, linewidth=0.8)
+        axis.fill_between(
+            curve.signal, curve.low, curve.high, color=BLUE, alpha=0.25, linewidth=0, label="90 %"
+        )
+        axis.plot(curve.signal, curve.median, color=BLUE, label="median")
+        (signal,) = step.signals
+        what = "logarithm of the damper" if step.port == "damper" else step.port
+        unit = "" if curve.unit == "1" else f" [{curve.unit}]"
+        axis.set(
+            xlabel=f"{SIGNAL_WORDS[signal]} [{UNITS[signal]}]", ylabel=f"change of the {what}{unit}"
+        )
+        axis.margins(x=0.01)
+        axis.legend(fontsize=8)
+        axis.set_title(f"Unknown effect on the {step.port} ({_kinds(origins)} data)")
+    return fig
 
 
 def probability_figure(found: Discovery) -> Figure:

@@ -1,0 +1,45 @@
+"""A torque that no catalogue has, hidden in spring runs: found, and shown as it is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from muscle_bayes.data import read_runs
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.discovery.discover import discover
+from muscle_bayes.discovery.summary import summary
+from muscle_bayes.report.discovery_figures import unknown_figure
+from muscle_bayes.trial.outside import Detent
+from muscle_bayes.twin import Rig, simulate, spring_rig
+from muscle_bayes.twin.protocols import spring
+
+
+@pytest.mark.slow
+def test_a_detent_is_found_as_a_torque_of_the_angle(tmp_path: Path) -> None:
+    rig, hidden = spring_rig(Rig()), Detent()
+    rig = replace(rig, truth=replace(rig.truth, effects=(hidden,)))
+    for number, mass in enumerate((0.100, 0.110, 0.118, 0.126), 1):
+        run = simulate(rig, spring(mass), number)
+        write_run(tmp_path, f"spring-{number}", run.log, run.metadata)
+    found = discover(read_runs([tmp_path]), candidates=("viscous-friction",))
+    (step,) = found.steps
+    assert (found.verdict, step.port, step.signals) == ("unknown", "torque", ("q",))
+    curve = step.curve
+    assert curve is not None
+    assert found.as_dict()["steps"][0]["curve"]["median"] == curve.median.tolist()
+    # Where the rotor was; a constant is none of the function, the sensor's zero takes it.
+    seen = (curve.signal > 0.0) & (curve.signal < 1.1)
+    truth = np.array([hidden.extra_torque(angle, 0.0) for angle in curve.signal[seen]])
+    error = curve.median[seen] - truth
+    error -= error.mean()
+    assert np.sqrt(np.mean(error**2)) < 0.15 * hidden.depth
+    assert np.mean(np.abs(error) < 0.5 * (curve.high - curve.low)[seen]) > 0.9
+    told = summary(found, {"spring-1": "synthetic"})
+    assert "The torque changes by -" in told
+    assert "the angle or position being from -0.2 to 1.2" in told
+    assert "c1 " not in told
+    axis = unknown_figure(step, curve, {"spring-1": "synthetic"}).axes[0]
+    assert "SYNTHETIC" in axis.get_title(loc="left")
+    assert axis.lines[1].get_ydata() == pytest.approx(curve.median)
