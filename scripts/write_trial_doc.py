@@ -13,6 +13,7 @@ from typing import Any
 from muscle_bayes.cli.trial import trial
 from muscle_bayes.discovery.naming import PRIOR_NONE
 from muscle_bayes.trial.cases import KINDS
+from muscle_bayes.trial.outcome import trial_tasks
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -22,12 +23,18 @@ HEAD = """# Trial of discovery
 
 Written by `make trial`; do not edit. Effects were hidden in SYNTHETIC runs of random rigs (geometry,
 true parameters, strengths, noise), and searched blind (docs/discovery.md): {extent}.
+{code}
 Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
 at least half the error of a reading (noise and rounding).
 
 | claim | wanted | found | 95 % interval | |
 |---|---|---|---|---|
 """
+
+CURRENT = "The code that searched them is that of this page."
+EARLIER = (
+    "**Searched by earlier code**; what has changed since is in docs/evidence.md, not shown yet."
+)
 
 
 def extent(counts: dict[str, int]) -> str:
@@ -51,7 +58,8 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    page = HEAD.format(extent=extent(found["kinds"]))
+    code = CURRENT if found["code"] == trial_tasks([]).stamp else EARLIER
+    page = HEAD.format(extent=extent(found["kinds"]), code=code)
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "

@@ -15,6 +15,7 @@ from scipy.stats import norm
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.standardised_normal import StandardisedNormal, standardised
+from muscle_bayes.physics.effects import CATALOGUE
 
 PRIOR = StandardisedNormal(300.0, 2000.0)
 
@@ -46,9 +47,17 @@ def test_it_has_its_place_in_compiled_code_and_in_numpyro() -> None:
 
 def test_every_effect_with_a_normal_prior_has_it() -> None:
     data = Path(__file__).parents[2] / "data"
-    runs = read_runs([data / "staircase-166g.csv"])
-    problem = pose(runs, "coulomb", ("damper-law", "slack"))
-    name = "damper-law.activation_temperature"
-    assert biject_to(problem.data.priors[name].support)(jnp.array(1.0)) == pytest.approx(2000.0)
+    problem = pose(read_runs([data / "staircase-166g.csv"]), "coulomb", tuple(CATALOGUE))
+    told = {}
+    for name in CATALOGUE:
+        for key in CATALOGUE[name].parameters:
+            prior = problem.data.priors[f"{name}.{key}"]
+            assert type(prior) is not dist.Normal
+            if isinstance(prior, StandardisedNormal):
+                told[f"{name}.{key}"] = float(
+                    biject_to(prior.support)(jnp.array(1.0)) / prior.scale
+                )
+    assert {"damper-law.activation_temperature", "bias-torque.torque"} <= set(told)
+    assert list(told.values()) == pytest.approx([1.0] * len(told))
     slack = dist.HalfNormal(0.05)
     assert standardised(slack) is slack

@@ -8,6 +8,7 @@ import pytest
 
 from muscle_bayes.report.trial_figure import trial_figure
 from muscle_bayes.trial.counts import counted
+from muscle_bayes.trial.outcome import trial_tasks
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "write_trial_doc.py"
 
@@ -37,8 +38,13 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         "**so not yet the whole trial**"
     )
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
-    (tmp_path / "trial.json").write_text(json.dumps(counted(outcomes)))
     (tmp_path / "trial.png").write_bytes(b"")
-    script["main"](tmp_path)
-    page = (tmp_path / "trial.md").read_text()
-    assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page
+    for code, words in (
+        (trial_tasks([]).stamp, "is that of this page"),
+        ("0" * 64, "**Searched by earlier code**"),
+    ):
+        (tmp_path / "trial.json").write_text(json.dumps({"code": code, **counted(outcomes)}))
+        script["main"](tmp_path)
+        page = (tmp_path / "trial.md").read_text()
+        assert words in page
+        assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page

@@ -45,16 +45,17 @@ def trial(
     chosen = [one for kind, count in wanted.items() for one in cases(kind, count, seed)]  # type: ignore[arg-type]
     if not chosen:
         raise MuscleBayesError("no case was asked for; ask for at least one of any kind")
+    tasks = trial_tasks(chosen)
     with fit_progress("trial") as report:
         results = run_tasks(
-            trial_tasks(chosen),
+            tasks,
             out / "cases",
             address=scheduler,
             workers=workers,
             report=lambda done, total: report("cases", done, total),
         )
     outcomes = list(results.values())
-    numbers = counted(outcomes)
+    numbers = {"code": tasks.stamp, **counted(outcomes)}
     write_json(out / "trial.json", numbers)
     write_json(out / "outcomes.json", {"outcomes": outcomes})
     save(trial_figure(numbers), out / "trial.png")
