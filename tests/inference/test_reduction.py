@@ -14,7 +14,7 @@ from muscle_bayes.inference import fit as fitting
 from muscle_bayes.inference import reduction
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.lane_model import muscle_of, responses
-from muscle_bayes.inference.optimise import Mode
+from muscle_bayes.inference.mode import Mode
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import solved_at

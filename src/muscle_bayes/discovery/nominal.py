@@ -15,8 +15,9 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.tolerance import tolerated
 from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.mode import Mode, refine
 from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.optimise import Mode, find_mode, refine
+from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.prior import resting_hyst, strain_under
 from muscle_bayes.inference.problem import Problem, pose

@@ -17,8 +17,9 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import assemble
 from muscle_bayes.inference.blas import one_blas_thread
+from muscle_bayes.inference.mode import Mode, refine
 from muscle_bayes.inference.open_delay import with_open_delay
-from muscle_bayes.inference.optimise import STARTS, Mode, find_mode, refine
+from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision

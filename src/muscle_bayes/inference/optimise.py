@@ -1,8 +1,7 @@
-"""The most probable parameters, and the Fisher information there."""
+"""The most probable parameters: the best of many starts."""
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -10,28 +9,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move
-from muscle_bayes.inference.density import (
-    constrain,
-    first_hyst_entries,
-    log_prior,
-    potential_errors_and_scales,
-    rms_by_regime,
-    unconstrain,
-)
-from muscle_bayes.inference.lane_model import LanePrediction
-from muscle_bayes.inference.noise import NoiseParameters
+from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.mode import Mode, curvature, to_mode
 from muscle_bayes.inference.other_basins import with_other_basins
 from muscle_bayes.inference.prior_draws import sample_prior
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
-from muscle_bayes.inference.programs import (
-    potential_at,
-    potential_with,
-    predictions_at,
-    walls_at,
-)
+from muscle_bayes.inference.shape import Shape, noise_mask, shaped, with_misfit
 from muscle_bayes.inference.side_by_side import side_by_side
 from muscle_bayes.physics.effects import effect_type
 
@@ -49,29 +33,6 @@ CLOSE, AGREEING_AFAR = 1.2, 20
 model is wrong, or most starts lead to a mode that is."""
 FINALISTS, SAME_MODE = 5, 0.1
 """Most shapes that are fitted in full, best first, until the best two come so close in -log density."""
-SHAPE_ROUNDS, SHAPE_STEPS = 4, 15
-"""Most rounds of fitting a shape, the noise set to the misfit before each, and steps in a round."""
-SETTLED = 1e-3
-"""Relative change of the misfit in a round after which there is none more."""
-MAX_STEPS = 60
-LEAST_GAIN = 1e-3
-"""Decrease of the potential below which a descent ends."""
-EFFECTIVE_SHARE = 5.0
-"""Readings per independent one while a shape is fitted."""
-LEAST_PRECISION = 1e-4
-"""Least prior precision of a direction, for flat or concave priors."""
-
-
-class Mode(NamedTuple):
-    """A maximum of the posterior density."""
-
-    vector: Float[Array, " n"]
-    """Unconstrained."""
-    potential: float
-    """Negative log density there."""
-    information: Float[Array, "n n"]
-    """Fisher information of the likelihood (Gauss-Newton) plus prior precision."""
-    steps: int
 
 
 @Program
@@ -97,155 +58,6 @@ def _prior_draws(key: Array, count: int, layout: Layout, data: Data) -> Float[Ar
     return _starts_of(sample_prior(key, count, layout, data), factors, layout, data)
 
 
-@Program
-def _curvature(vector, layout: Layout, data: Data):
-    """Gradient of the potential, and Gauss-Newton information plus prior precision."""
-    gradient, jacobian = jax.jacfwd(potential_errors_and_scales)(vector, layout, data)
-
-    def slope(vector: Array) -> Array:
-        return jax.grad(log_prior)(vector, layout, data)
-
-    # Priors are independent of each other: their Hessian is diagonal.
-    prior = -jax.jvp(slope, (vector,), (jnp.ones_like(vector),))[1]
-    return gradient, jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
-
-
-class Misfit(NamedTuple):
-    """A vector with each regime's noise set to its misfit."""
-
-    white: Float[Array, " n"]
-    """As if all of it were white: looks at the whole shape of a run."""
-    lasting: Float[Array, " n"]
-    """As if all of it were discrepancy: looks at how it changes."""
-    ratio: Float[Array, ""]
-    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
-
-
-@Program
-def _misfit_of(predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data):
-    values = constrain(vector, layout, data)
-    white, lasting, ratio = dict(values), dict(values), jnp.zeros(())
-    for regime, misfit in rms_by_regime(predicted, values, layout, data).items():
-        typical = {key: data.priors[f"{regime}.{key}"] for key in NoiseParameters._fields}
-        weights = [
-            lanes.weight.ravel()
-            for lanes, name in zip(data.lanes, layout.regimes, strict=True)
-            if name == regime
-        ]
-        readings = jnp.quantile(jnp.concatenate(weights), 0.9)
-        time = typical["correlation_time"].mean
-        ratio = jnp.maximum(ratio, misfit / typical["noise"].mean)
-        for target, noise in (
-            (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
-            (lasting, (typical["noise"].mean, misfit, time)),
-        ):
-            keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
-            target.update(zip(keys, noise, strict=True))
-    return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data), ratio)
-
-
-def _with_misfit(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
-    """The misfit of a vector, and the potential where it is taken for lasting."""
-    predicted = predictions_at(vector, layout, data)
-    misfit = _misfit_of(predicted, vector, layout, data)
-    return misfit, float(potential_with(predicted, misfit.lasting, layout, data))
-
-
-def _noise_mask(layout: Layout) -> np.ndarray:
-    """1 for entries of the vector that are not noise parameters."""
-    ends = tuple(f".{key}" for key in NoiseParameters._fields)
-    return np.concatenate(
-        [
-            np.full(int(np.prod(shape)), float(not name.endswith(ends)))
-            for name, shape in layout.shapes
-        ]
-    )
-
-
-class Descent(NamedTuple):
-    """Where a descent has ended."""
-
-    vector: Float[Array, " n"]
-    """Unconstrained."""
-    potential: float
-    steps: int
-
-
-def _descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Descent:
-    """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
-    entries = first_hyst_entries(layout.shapes)
-
-    def walled(vector: np.ndarray) -> Walls:
-        return walls_at(jnp.asarray(vector), layout, data)
-
-    inside, walls = between_walls(np.asarray(vector), walled, entries)
-    vector = jnp.asarray(inside)
-    value, damping, step = potential_at(vector, layout, data), 1e-2, 0
-    gradient, information = _curvature(vector, layout, data)
-    chosen = np.flatnonzero(free)
-    while step < limit:
-        step += 1
-        part = np.asarray(information)[np.ix_(chosen, chosen)]
-        move = np.zeros(vector.shape)
-        slope = np.asarray(gradient)[chosen]
-        move[chosen] = damped_move(part, slope, damping, walls.of(chosen))
-        further, ahead = between_walls(np.asarray(vector) + move, walled, entries)
-        trial = potential_at(jnp.asarray(further), layout, data)
-        if trial < value:
-            gain, vector, walls, value = value - trial, jnp.asarray(further), ahead, trial
-            damping = max(damping * 0.2, 1e-9)
-            if gain < LEAST_GAIN:
-                break
-            gradient, information = _curvature(vector, layout, data)
-        else:
-            damping *= 6.0
-            if damping > 1e8:
-                break
-    return Descent(vector, value, step)
-
-
-def _to_mode(vector: Array, layout: Layout, data: Data) -> Mode:
-    """Descend in all entries, as far as it goes."""
-    found = _descend(vector, layout, data, np.ones(vector.size), MAX_STEPS)
-    information = _curvature(found.vector, layout, data)[1]
-    return Mode(found.vector, found.potential, information, found.steps)
-
-
-class Shape(NamedTuple):
-    """A start after its misfit was fitted as if it were white."""
-
-    level: float
-    """Negative log density with its misfit taken for lasting."""
-    vector: Float[Array, " n"]
-    """With that noise."""
-    ratio: float
-    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
-
-
-def _shaped(vector: Array, layout: Layout, data: Data) -> Shape:
-    """Fit the whole shape of runs, the noise set to the misfit before each round.
-
-    In the first round minimum forces are held: while all else is wrong, their prior alone would pull a
-    spring open that has to be shut.
-    """
-    free = _noise_mask(layout)
-    misfit, level = _with_misfit(vector, layout, data)
-    for count in range(SHAPE_ROUNDS):
-        held = blocks(layout).walled if count == 0 else np.zeros(0, int)
-        physical = np.where(np.isin(np.arange(free.size), held), 0.0, free)
-        vector = _descend(misfit.white, layout, data, physical, SHAPE_STEPS).vector
-        before, (misfit, level) = misfit, _with_misfit(vector, layout, data)
-        if count and abs(before.ratio - misfit.ratio) < SETTLED * misfit.ratio:
-            break
-    # Where nothing can be simulated the level is NaN, which no other start would count as better than.
-    return Shape(level if np.isfinite(level) else np.inf, misfit.lasting, float(misfit.ratio))
-
-
-def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
-    """The local maximum to which a mode of slightly different data leads."""
-    return _to_mode(mode.vector, layout, data)
-
-
 def find_mode(
     key: Array,
     layout: Layout,
@@ -264,11 +76,11 @@ def find_mode(
     """
     # Of all programs this one takes longest to make: others are made meanwhile.
     pool = ThreadPoolExecutor(1)
-    _curvature.begin(pool, jnp.zeros(_noise_mask(layout).size), layout, data)
+    curvature.begin(pool, jnp.zeros(noise_mask(layout).size), layout, data)
     pool.shutdown(wait=False)
     # A draw of the right shape must not be passed over because of the noise that was drawn with it.
     draws = np.asarray(_prior_draws(key, PRIOR_DRAWS, layout, data))
-    levels = side_by_side(lambda draw: _with_misfit(draw, layout, data)[1], draws, workers)
+    levels = side_by_side(lambda draw: with_misfit(draw, layout, data)[1], draws, workers)
     values = np.array(list(levels))
     values = np.where(np.isfinite(values), values, np.inf)
     order = np.argsort(values)
@@ -284,7 +96,7 @@ def find_mode(
 
     def shaped_from(starts: Iterable[Array]) -> Iterator[None]:
         """After each start, its shape is among those known."""
-        for shape in side_by_side(lambda start: _shaped(start, layout, data), starts, workers):
+        for shape in side_by_side(lambda start: shaped(start, layout, data), starts, workers):
             shapes.append(shape)
             report(f"start {len(shapes)}: -log density {shape.level:.2f}")
             yield
@@ -303,7 +115,7 @@ def find_mode(
     shapes.sort(key=lambda shape: shape.level)
     modes: list[Mode] = []
     finalists = [shape.vector for shape in shapes[:FINALISTS]]
-    for mode in side_by_side(lambda vector: _to_mode(vector, layout, data), finalists, workers):
+    for mode in side_by_side(lambda vector: to_mode(vector, layout, data), finalists, workers):
         modes.append(mode)
         modes.sort(key=lambda mode: mode.potential)
         if len(modes) > 1 and modes[1].potential - modes[0].potential < SAME_MODE:

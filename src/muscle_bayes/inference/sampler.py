@@ -20,7 +20,7 @@ from muscle_bayes.inference.kernel import (
     adapted_step,
     readapting,
 )
-from muscle_bayes.inference.optimise import Mode
+from muscle_bayes.inference.mode import Mode
 from muscle_bayes.inference.preparation import Preparation
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import predictions_at

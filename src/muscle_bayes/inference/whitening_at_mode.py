@@ -13,8 +13,8 @@ from muscle_bayes.inference.bent_rows import bent_rows, turn_at, unbent_rows, un
 from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.first_edges import Frame, squeeze_at
+from muscle_bayes.inference.mode import Mode
 from muscle_bayes.inference.noise_moves import proposal_at_mode
-from muscle_bayes.inference.optimise import Mode
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.programs import potential_at
 from muscle_bayes.inference.ridge import ridge_of, scattered
