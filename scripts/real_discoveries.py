@@ -17,13 +17,11 @@ from muscle_bayes.report.style import save
 DOCS = Path(__file__).parents[1] / "docs"
 HELD_OUT = {"xl330-drop": ("drop-4",)}
 PUBLISHED = {
-    "xl330-drop": ("viscous-friction", "stribeck-friction"),
+    "xl330-drop": ("viscous-friction", "stribeck-friction", "load-dependent-friction"),
     "emps": ("viscous-friction", "bias-torque"),
     "heating-wire": (),
 }
 """Effects beside Coulomb friction in the published fits; none was published for the wire."""
-NOT_IN_CATALOGUE = {"xl330-drop": "load-dependent friction"}
-"""Published too, but no candidate."""
 
 
 def told(name: str, found: Discovery, origins: dict[str, str]) -> str:
@@ -31,13 +29,13 @@ def told(name: str, found: Discovery, origins: dict[str, str]) -> str:
     added = [step.added for step in found.steps]
     known = PUBLISHED[name]
     if known:
-        named = [effect for effect in known if effect in added]
-        against = f"Published beside Coulomb friction: {', '.join(known)}. Found of these: "
-        against += (", ".join(named) or "none") + ". "
+        tied = sorted({effect for step in found.steps for effect in step.tie} - {*added})
+        against = f"Published beside Coulomb friction: {', '.join(known)}. Added of these: "
+        against += (", ".join(one for one in known if one in added) or "none") + ". "
+        if more := [one for one in known if one in tied]:
+            against += f"In a tie with what was added: {', '.join(more)}. "
         more = [effect for effect in added if effect not in known]
         against += f"Found besides: {', '.join(more) or 'nothing'}."
-        if name in NOT_IN_CATALOGUE:
-            against += f" Published, but not in the catalogue: {NOT_IN_CATALOGUE[name]}."
     else:
         against = "Nothing is published for this rig in such terms; what follows is a finding, not a check."
     text = summary(found, origins).partition("\n")[2].replace("\n## ", "\n### ")

@@ -29,6 +29,7 @@ from muscle_bayes.physics.effects import (
     DamperLaw,
     FirstCycleSet,
     HysteresisYield,
+    LoadDependentFriction,
     ModulusTemperature,
     PartialHeating,
     PotentiometerNonlinearity,
@@ -195,6 +196,39 @@ def test_stribeck_friction_in_slow_motion_breaks_away_and_slides_to_the_lower_le
         exact.append(q)
     assert len(set(exact)) == 5
     np.testing.assert_allclose(seen.sensed, exact, atol=1e-12)
+
+
+def test_load_dependent_friction_swings_less_far_each_way():
+    """From rest at q to rest at -r: K (1 - s) q^2 / 2 - D q = K (1 + s) r^2 / 2 + D r."""
+    share = 0.1
+    friction = CoulombFriction(jnp.asarray(D))
+    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA, friction=friction)
+    made += LoadDependentFriction(jnp.asarray(share))
+    seen = np.asarray(release(made, schedule(np.linspace(0.0, 3.0, 3001)), 0.4).sensed)
+    q, turns = 0.4, []
+    while STIFFNESS * q > D + share * STIFFNESS * q:
+        left = 0.5 * STIFFNESS * (1.0 - share) * q**2 - D * q
+        stiff = STIFFNESS * (1.0 + share)
+        q = (np.sqrt(D**2 + 2.0 * stiff * left) - D) / stiff
+        turns.append(q)
+    assert len(turns) > 3
+    peaks = np.flatnonzero(np.diff(np.sign(np.diff(seen))))[: len(turns) - 1] + 1
+    np.testing.assert_allclose(np.abs(seen[peaks]), turns[:-1], atol=2e-5)
+    assert abs(seen[-1]) == pytest.approx(turns[-1], abs=1e-6)
+
+
+def test_load_dependent_friction_in_slow_motion_holds_back_a_share_of_the_push():
+    """P - K q = D + s (P + K q)"""
+    share, rate = 0.1, 3e-4
+    friction = CoulombFriction(jnp.asarray(D))
+    made = plant(LinearSpring(STIFFNESS), inertia=0.0, friction=friction)
+    made += LoadDependentFriction(jnp.asarray(share))
+    time = np.linspace(0.0, 200.0, 801)
+    seen = creep(made, schedule(time, applied=lambda t: rate * t))
+    push = rate * 0.5 * (time[1:] + time[:-1])
+    exact = np.maximum(push * (1.0 - share) - D, 0.0) / (STIFFNESS * (1.0 + share))
+    np.testing.assert_allclose(seen.sensed, exact, atol=share * rate * 0.25 / STIFFNESS)
+    assert exact[-1] > 0.2
 
 
 @pytest.mark.parametrize("share", [0.1, 0.18, 0.3, 0.6])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import (
     EFFECTS,
@@ -122,6 +123,59 @@ def test_stribeck_friction_holds_up_to_its_breakaway(push):
     )
     rotor.advance(1.0)
     assert (rotor.angle > 0.01) == (push > 0.005)
+
+
+@pytest.mark.parametrize("factor", [0.99, 1.01])
+def test_load_dependent_friction_holds_a_share_of_the_load(factor):
+    """D + s m g R_d, at rest; a torque against the load decides which way is pushed."""
+    made = make_effect("load-dependent-friction", share=0.1)
+    weight = 0.1 * GRAVITY * 0.09
+    held = 0.003 + 0.1 * weight
+    rotor = free_rotor(
+        dry_friction=0.003,
+        extra_torques=[lambda angle, velocity: factor * held - weight],
+        friction_laws=[made.dry_friction],
+    )
+    rotor.hang(0.1)
+    rotor.advance(1.0)
+    assert (rotor.angle != 0.0) == (factor > 1.0)
+
+
+def test_load_dependent_friction_is_let_go_while_elements_relax():
+    """What holds falls with a side's pull: the instant at which it no longer does is found."""
+
+    class Fading:
+        """A torque that falls by `rate` a second."""
+
+        rate, pull, last = 0.02, 0.1, 0.0
+
+        def advance(self, step):
+            self.last = step
+            self.pull -= self.rate * step
+
+        def rewind(self, fraction):
+            self.pull += self.rate * self.last * (1.0 - fraction)
+
+    class FadingSide:
+        def __init__(self):
+            self.element = Fading()
+
+        def torque(self, angle):
+            return -self.element.pull
+
+    made = make_effect("load-dependent-friction", share=0.1)
+    side = FadingSide()
+    rotor = free_rotor(
+        dry_friction=0.003,
+        extra_torques=[lambda angle, velocity: 0.1],
+        friction_laws=[made.dry_friction],
+    )
+    rotor.sides = (side,)
+    left = rotor._stick(2.0)
+    # 0.1 - pull = 0.003 + 0.1 pull
+    assert side.element.pull == pytest.approx(0.097 / 1.1)
+    assert rotor.slipping
+    assert 2.0 - left == pytest.approx((0.1 - 0.097 / 1.1) / 0.02)
 
 
 def test_stribeck_friction_brakes_as_a_general_solver_says():

@@ -32,17 +32,23 @@ from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.rig import has_muscle
 from muscle_bayes.inference.starts import SETTLING_SHARE
 from muscle_bayes.physics.effect import MUSCLE_PORTS
-from muscle_bayes.physics.effects import CATALOGUE, effect_type
+from muscle_bayes.physics.effects import CATALOGUE, AnyEffectType, effect_type, own_effects
 from muscle_bayes.physics.effects.empirical import PREFIX, function_type
 
 
-def applicable(runs: Sequence[Run], present: Sequence[str]) -> list[str]:
-    """Effects of the catalogue that these runs could show and that the model does not have."""
+def applicable(
+    runs: Sequence[Run], present: Sequence[str], known: Mapping[str, AnyEffectType] | None = None
+) -> list[str]:
+    """Effects `known` that these runs could show and that the model does not have.
+
+    Known are those of the catalogue and the user's own, unless said.
+    """
+    known = {**CATALOGUE, **own_effects()} if known is None else known
     present = with_open_delay(runs, present)
     muscle = any(has_muscle(run) for run in runs)
     return [
         name
-        for name, effect in CATALOGUE.items()
+        for name, effect in known.items()
         if name not in present and (muscle or effect.port not in MUSCLE_PORTS)
     ]
 
@@ -63,7 +69,7 @@ def discover(
     """Find what is missing from the model of these runs, which may have `effects` already.
 
     `hold_out` names runs that are predicted only, after their first part has told their own start.
-    `candidates` are the catalogue's effects unless said. Raises MuscleBayesError for names that no
+    `candidates` are `applicable` effects unless said. Raises MuscleBayesError for names that no
     run has, when no run is left to fit, and for runs that cannot be fitted together. `workers` candidates
     are searched side by side; the result does not depend on their number.
     """

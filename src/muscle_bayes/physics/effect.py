@@ -92,6 +92,9 @@ class Signals(NamedTuple):
     tension: Scalar
     """Tension of MODULUS, OFFSET and HYST in series [N]; zero on the ports from which it follows
     (temperature, offset, modulus) and where there is no muscle."""
+    pull: Scalar
+    """Sum of the magnitudes of the generalised forces of both elements, of the load and of what drives
+    the rotor [N m or N]; zero on all ports but friction."""
     memory: Mapping[str, Scalar]
     """States of the muscle's effects with memory, by name."""
 

@@ -132,14 +132,23 @@ class Plant(eqx.Module):
         """What effects on the torque, friction and reading ports see: muscle signals are side A's."""
         strain, none = self.side_a.strain(q), jnp.zeros_like(q)
         heat, memory = drive.temperature[0], self._recalled(0)
-        return Signals(q, speed, drive.load, strain, hyst[0], heat, none, none, memory)
+        return Signals(q, speed, drive.load, strain, hyst[0], heat, none, none, none, memory)
 
     def dry_friction(
         self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive
     ) -> Scalar:
         """Magnitude of dry friction at a speed [N m or N]; at rest, the force that it withstands."""
         seen = self.signals(q, speed, hyst, drive)
+        seen = seen._replace(pull=self._pull(q, speed, hyst, drive))
         return through_port(self.instant_effects, "friction", self.friction.dry, seen)
+
+    def _pull(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
+        """Magnitudes of the generalised forces of both sides, the load and the drive, added up."""
+        effects = self.instant_effects
+        a, b = self.instants(q, speed, hyst, drive)
+        elements = jnp.abs(self.side_a.force(a, effects)) + jnp.abs(self.side_b.force(b, effects))
+        load = drive.load * GRAVITY * self.load_lever
+        return elements + jnp.abs(load) + jnp.abs(drive.applied)
 
     @eqx.filter_jit  # traced once wherever a program asks for it
     def force(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:

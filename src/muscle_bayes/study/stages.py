@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from muscle_bayes.data import Run
+from muscle_bayes.physics.effects.own import own_sources
 from muscle_bayes.provenance import source_checksum
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.roles import drives
@@ -48,6 +49,7 @@ class Stage:
             "until": {run: end for run, end in plan.roles.until.items() if run in self.runs},
             "seed": plan.config.seed,
             "preset": plan.preset,
+            "own_effects": own_sources(),
             **self.settings,
         }
 

@@ -11,11 +11,11 @@ import numpy as np
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.writer import write_run
-from muscle_bayes.discovery.discover import discover
+from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.parallel.tasks import Tasks
-from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.trial.outside import OUTSIDE
@@ -27,7 +27,13 @@ def run_case(case: Case) -> dict[str, Any]:
         for name, run in data_set(case).items():
             write_run(Path(folder), name, run.log, run.metadata)
         runs = read_runs([Path(folder)])
-        found = discover(runs, hold_out=[HELD_OUT], seed=case.seed, workers=1)
+        found = discover(
+            runs,
+            hold_out=[HELD_OUT],
+            candidates=applicable(runs, (), CATALOGUE),
+            seed=case.seed,
+            workers=1,
+        )
     noise = error_of_reading(runs)
     verdict = found.verdict
     return {

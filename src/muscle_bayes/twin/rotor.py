@@ -26,7 +26,7 @@ class Rotor:
         stops: tuple[float, float],
         slip_step: float,
         extra_torques: Sequence[Callable[[float, float], float]] = (),
-        friction_laws: Sequence[Callable[[float, float], float]] = (),
+        friction_laws: Sequence[Callable[[float, float, float], float]] = (),
     ) -> None:
         self.sides = tuple(sides)
         self.inertia = inertia
@@ -37,7 +37,6 @@ class Rotor:
         self.slip_step = slip_step
         self.extra_torques = tuple(extra_torques)
         self.friction_laws = tuple(friction_laws)
-        self.static_friction = self.friction_at(0.0)
         self.angle = 0.0
         self.velocity = 0.0
         self.slipping = False
@@ -58,11 +57,13 @@ class Rotor:
             total += extra(angle, velocity)
         return total
 
-    def friction_at(self, speed: float) -> float:
+    def friction_at(self, speed: float, angle: float) -> float:
         """Magnitude of dry friction at a speed without sign; at rest, the most that it holds."""
         level = self.dry_friction
-        for law in self.friction_laws:
-            level = law(level, speed)
+        if self.friction_laws:
+            pull = abs(self.load_torque) + sum(abs(side.torque(angle)) for side in self.sides)
+            for law in self.friction_laws:
+                level = law(level, speed, pull)
         return level
 
     def advance(self, duration: float) -> None:
@@ -74,9 +75,10 @@ class Rotor:
     def _held_range(self) -> tuple[float, float]:
         """Torques that leave the rotor at rest: friction holds, and so does a stop it leans on."""
         lower, upper = self.stops
+        static = self.friction_at(0.0, self.angle)
         return (
-            -inf if self.angle <= lower else -self.static_friction,
-            inf if self.angle >= upper else self.static_friction,
+            -inf if self.angle <= lower else -static,
+            inf if self.angle >= upper else static,
         )
 
     def _stick(self, left: float) -> float:
@@ -90,10 +92,11 @@ class Rotor:
         for side in self.sides:
             side.element.advance(left)
         after = self.torque(angle)
-        if lower <= after <= upper:
+        least, most = self._held_range()
+        if least <= after <= most:
             return 0.0
-        bound = upper if after > upper else lower
-        fraction = (bound - before) / (after - before)
+        bound, moved = (upper, most - upper) if after > most else (lower, least - lower)
+        fraction = (bound - before) / (after - before - moved)
         for side in self.sides:
             side.element.rewind(fraction)
         self.slipping = True
@@ -108,8 +111,8 @@ class Rotor:
         extras = self.extra_torques
         torque_at = self.torque
         lower, upper = self.stops
-        dry = self.friction_at(abs(self.velocity))
-        sticks = self.static_friction > 0.0
+        dry = self.friction_at(abs(self.velocity), self.angle)
+        sticks = self.friction_at(0.0, self.angle) > 0.0
         viscous = self.viscous_friction
         count = ceil(left / self.slip_step)
         step = left / count
@@ -123,7 +126,7 @@ class Rotor:
         friction = sign * dry
         for index in range(count):
             if self.friction_laws:
-                friction = sign * self.friction_at(abs(velocity))
+                friction = sign * self.friction_at(abs(velocity), angle)
             middle = velocity + half * (torque - friction - viscous * velocity)
             angle_new = angle + step * middle
             for element in elements:

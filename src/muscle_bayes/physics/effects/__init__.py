@@ -9,6 +9,7 @@ from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
 from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
 from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
+from muscle_bayes.physics.effects.load_dependent_friction import LoadDependentFriction
 from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
 from muscle_bayes.physics.effects.own import FILES, AnyEffectType, own_effects
 from muscle_bayes.physics.effects.partial_heating import PartialHeating
@@ -31,6 +32,7 @@ CATALOGUE: dict[str, AnyEffectType] = {
         DamperLaw,
         FirstCycleSet,
         HysteresisYield,
+        LoadDependentFriction,
         ModulusTemperature,
         PartialHeating,
         PotentiometerNonlinearity,
@@ -73,6 +75,7 @@ __all__ = [
     "DamperLaw",
     "FirstCycleSet",
     "HysteresisYield",
+    "LoadDependentFriction",
     "ModulusTemperature",
     "PartialHeating",
     "PotentiometerNonlinearity",

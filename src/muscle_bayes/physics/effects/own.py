@@ -1,6 +1,8 @@
 """Effects from outside this package: a user's files, and installed packages."""
 
+import hashlib
 import importlib.util
+import inspect
 import os
 import sys
 from functools import lru_cache
@@ -26,6 +28,14 @@ def own_effects() -> dict[str, AnyEffectType]:
     for path in filter(None, named.split(os.pathsep)):
         found |= _of_file(Path(path).resolve())
     return found
+
+
+def own_sources() -> dict[str, str]:
+    """SHA-256 of the file that holds each such effect, by the effect's name."""
+    return {
+        name: hashlib.sha256(Path(inspect.getfile(one)).read_bytes()).hexdigest()
+        for name, one in own_effects().items()
+    }
 
 
 @lru_cache

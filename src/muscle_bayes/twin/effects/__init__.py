@@ -14,6 +14,7 @@ from muscle_bayes.twin.effects.muscle import (
 )
 from muscle_bayes.twin.effects.rotor import (
     BiasTorque,
+    LoadDependentFriction,
     QuadraticDrag,
     StribeckFriction,
     ViscousFriction,
@@ -34,6 +35,7 @@ EFFECTS: dict[str, type[Effect]] = {
         DamperLaw,
         FirstCycleSet,
         HysteresisYield,
+        LoadDependentFriction,
         ModulusTemperature,
         PartialHeating,
         PotentiometerNonlinearity,

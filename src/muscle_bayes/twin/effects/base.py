@@ -34,8 +34,11 @@ class Effect:
         """Torque to add on the rotor, N m; angle in rad, velocity in rad/s."""
         return 0.0
 
-    def dry_friction(self, level: float, speed: float) -> float:
-        """Dry friction in place of D at a speed (no sign) [rad/s], N m."""
+    def dry_friction(self, level: float, speed: float, pull: float) -> float:
+        """Dry friction in place of D at a speed (no sign) [rad/s], N m.
+
+        pull: magnitudes of the torques of both sides and of the load, added up, N m.
+        """
         return level
 
     def extra_tension(self, strain: float) -> float:

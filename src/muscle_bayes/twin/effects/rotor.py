@@ -48,5 +48,16 @@ class StribeckFriction(Effect):
     breakaway: float = 0.004
     speed: float = 0.3
 
-    def dry_friction(self, level: float, speed: float) -> float:
+    def dry_friction(self, level: float, speed: float, pull: float) -> float:
         return level + self.breakaway * math.exp(-((speed / self.speed) ** 2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadDependentFriction(Effect):
+    """A share of all that pulls at the rotor is added to dry friction."""
+
+    name: ClassVar[str] = "load-dependent-friction"
+    share: float = 0.015
+
+    def dry_friction(self, level: float, speed: float, pull: float) -> float:
+        return level + self.share * pull
