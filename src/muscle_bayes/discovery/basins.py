@@ -1,5 +1,6 @@
 """A candidate where springs open at other forces and runs begin otherwise: no descent goes there."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import jax.numpy as jnp
@@ -35,10 +36,13 @@ BETTER = 1.0
 """Least decrease of the potential for a point that is fitted in full [nat]."""
 
 
-def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
+def with_best_basin(
+    nested: Nested, fitted: Fitted, others: Sequence[Float[np.ndarray, " n"]] = ()
+) -> Fitted:
     """`fitted`, or what is likelier with a spring opening at another force or a run begun otherwise.
 
-    All misfit is taken for white noise until then, for a lasting discrepancy would explain what a spring
+    MODULUS's force is moved from `others` too: its point with the effect in other strengths, where the
+    effect acts while MODULUS opens and neither finds its place alone. All misfit is taken for white noise until then, for a lasting discrepancy would explain what a spring
     on the wrong side does.
     """
     layout, data, names = nested.layout, nested.data, nested.shared_names()
@@ -56,13 +60,18 @@ def with_best_basin(nested: Nested, fitted: Fitted) -> Fitted:
         return np.concatenate(parts)
 
     best, seen, noise = fitted, as_white(nested, fitted), noise_names(nested)
-    forces[MODULUS] = np.concatenate([_taut_levels(nested), forces[MODULUS]])
+    taut = _taut_levels(nested)
+    forces[MODULUS] = np.concatenate([taut, forces[MODULUS]])
     levels = {names.index(name): values for name, values in forces.items()}
     begun = first_hyst_levels(seen.point, nested.first_hyst_entries())
     tried = [
         *((point, forces) for point in moved_entries(seen.point, levels, readings, SEEN)),
         *((point, ()) for point in moved_entries(seen.point, begun, readings, SEEN_LATER)),
     ]
+    for other in others:
+        point = np.concatenate([seen.point[: nested.shared], other[nested.shared :]])
+        moved = moved_entries(point, {names.index(MODULUS): taut}, readings, SEEN)
+        tried += [(point, forces) for point in moved]
     for moved, held in tried:
         room = descend(nested, fitted.effects, moved, EARLY_STEPS, [*noise, *held])
         if not room.potential <= seen.potential + FALLEN_BEHIND:

@@ -60,6 +60,16 @@ def starts_of(nested: Nested, base: Fitted, effect: str, key: Array) -> list[Sta
     return sorted(found, key=lambda one: -one.gain)
 
 
+def redrawn(nested: Nested, fitted: Fitted, key: Array, count: int) -> list[np.ndarray]:
+    """The fit's point with its last effect as drawn from its prior, `count` times."""
+    drawn = _draws(nested, fitted.effects[-1], key)
+    whole = [own for strength, own in drawn if strength == 1.0][:count]
+    points = [fitted.point.copy() for _ in whole]
+    for point, own in zip(points, whole, strict=True):
+        point[fitted.used - own.size : fitted.used] = own
+    return points
+
+
 def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) -> np.ndarray:
     """The base's point with slots for one effect more."""
     slots = np.concatenate([point[nested.shared : base.used], own])

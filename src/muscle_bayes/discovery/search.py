@@ -9,10 +9,12 @@ import numpy as np
 from muscle_bayes.discovery.afresh import started_afresh
 from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
-from muscle_bayes.discovery.screen import Start, starts_of
+from muscle_bayes.discovery.screen import Start, redrawn, starts_of
 from muscle_bayes.inference.descent import Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.side_by_side import side_by_side
+from muscle_bayes.physics.effect import Port
+from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX
 
 Report = Callable[[str, int, int], None]
@@ -47,6 +49,10 @@ MOST_AGAIN = 5
 BETTER = 3.0
 """Rise of log evidence from which on a candidate is started again, and from which on a base is one
 beside which candidates are searched anew [nat]."""
+STRETCHED: tuple[Port, ...] = ("tension", "offset", "modulus")
+"""Ports of effects that can stand in for where MODULUS opens."""
+REDRAWN = 3
+"""Draws of such an effect beside which MODULUS is made to open elsewhere."""
 MOST_BASES = 3
 """Bases beside which candidates are searched at most."""
 
@@ -210,7 +216,11 @@ def searched_further(
     """The candidates found, the likeliest started again and tried in other basins."""
 
     def further(effect: str) -> Fitted:
-        return with_best_basin(nested, started_again(nested, base, found[effect], seed))
+        fitted = started_again(nested, base, found[effect], seed)
+        others = []
+        if effect_type(effect).port in STRETCHED and not _is_function(effect):
+            others = redrawn(nested, fitted, jax.random.key(seed), REDRAWN)
+        return with_best_basin(nested, fitted, others)
 
     likely = _revisited(found)
     return {**found, **dict(zip(likely, side_by_side(further, likely, workers), strict=True))}
