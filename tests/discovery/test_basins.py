@@ -9,11 +9,16 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.basins import with_best_basin
+from muscle_bayes.discovery.compare import compare
+from muscle_bayes.discovery.explanation import Explanation, Search
+from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import find_mode
+from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import pose
+from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring, staircase
 
@@ -40,6 +45,20 @@ def test_a_spring_on_the_wrong_side_changes_it(tmp_path: Path) -> None:
     right = with_best_basin(nested, wrong)
     assert np.exp(right.point[force]) == pytest.approx(truth, rel=0.05)
     assert right.log_evidence > wrong.log_evidence + 100.0
+
+
+@pytest.mark.slow
+@double_precision
+def test_an_effect_and_the_force_that_it_acts_beside_are_moved_together(tmp_path: Path) -> None:
+    """Without slack MODULUS's force ends a third too low, and beside that no slack is needed."""
+    save_runs(tmp_path / "runs", data_set(Case("pair", ("modulus-temperature", "slack"), 5)))
+    present, held = ("modulus-temperature",), (HELD_OUT,)
+    start = nominal(read_runs([tmp_path / "runs"]), "coulomb", present, 5, held)
+    whole, point = nest(start, ["slack"])
+    search = Search(whole, whole, held, 5, lambda *told: None, 2).over(whole)
+    base = Explanation(search, descend(search.train, present, point)).settled()
+    found = compare(base, ["slack"]).found["slack"].fitted
+    assert found.log_evidence > base.fitted.log_evidence + 20.0
 
 
 def test_without_a_muscle_nothing_is_tried(tmp_path: Path) -> None:

@@ -41,9 +41,9 @@ def with_best_basin(
 ) -> Fitted:
     """`fitted`, or what is likelier with a spring opening at another force or a run begun otherwise.
 
-    MODULUS's force is moved from `others` too: its point with the effect in other strengths, where the
-    effect acts while MODULUS opens and neither finds its place alone. All misfit is taken for white noise until then, for a lasting discrepancy would explain what a spring
-    on the wrong side does.
+    MODULUS's force is moved from `others` too: points with the effect in other strengths, for one that
+    acts while MODULUS opens does not find its place alone. All misfit is taken for white noise until then:
+    a lasting discrepancy would explain what a spring on the wrong side does.
     """
     layout, data, names = nested.layout, nested.data, nested.shared_names()
     forces = force_levels(layout, data)
@@ -70,8 +70,8 @@ def with_best_basin(
     ]
     for other in others:
         point = np.concatenate([seen.point[: nested.shared], other[nested.shared :]])
-        moved = moved_entries(point, {names.index(MODULUS): taut}, readings, SEEN)
-        tried += [(point, forces) for point in moved]
+        elsewhere = moved_entries(point, {names.index(MODULUS): taut}, readings, SEEN)
+        tried += [(one, forces) for one in elsewhere]
     for moved, held in tried:
         room = descend(nested, fitted.effects, moved, EARLY_STEPS, [*noise, *held])
         if not room.potential <= seen.potential + FALLEN_BEHIND:
