@@ -22,6 +22,7 @@ def _outcome(kind: str, hidden: list[str], verdict: list[str], **more) -> dict:
         "tied_ports": [],
         "port": "torque" if kind == "outside" else None,
         "excess": 2.0,
+        "excess_left": [2.0],
         "held_out": 1.0,
         "probabilities": {"slack": 0.0, verdict[0]: said, other: 1.0 - said},
     }
@@ -40,6 +41,10 @@ OUTCOMES = [
         "outside", ["detent"], ["unknown"], ports=["tension"], tied_ports=["tension", "torque"]
     ),
     _outcome("pair", ["slack", "thermal-lag"], ["thermal-lag", "slack"]),
+    _outcome("pair", ["slack", "thermal-lag"], ["slack"], excess_left=[0.1]),
+    _outcome("pair", ["slack", "thermal-lag"], ["slack"], excess_left=[0.6]),
+    _outcome("pair", ["slack", "thermal-lag"], ["detent"], excess_left=[0.1]),
+    _outcome("pair", ["slack", "thermal-lag"], ["none"], excess_left=[]),
 ]
 
 
@@ -53,7 +58,8 @@ def test_rates() -> None:
         (1, 3),
         (2, 3),
         (1, 2),
-        (1, 1),
+        (1, 5),
+        (1, 4),
     ]
 
 

@@ -67,7 +67,12 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
         Rate.of(
             "pairs: both found",
             ">= 70 %",
-            [set(one["hidden"]) <= set(one["verdict"]) for one in pairs],
+            [_both(one) for one in pairs],
+        ),
+        Rate.of(
+            "pairs: both found, the second detectable beside the first",
+            ">= 70 %",
+            [_both(one) for one in pairs if _second_seen(one)],
         ),
     ]
 
@@ -89,6 +94,17 @@ def _unnamed(one: Mapping[str, Any]) -> bool:
 def _right_port(one: Mapping[str, Any]) -> bool:
     """Some are the same to some rigs: a tension that depends on strain, and a torque on the angle."""
     return one["port"] in one["ports"] or one["port"] in one["tied_ports"]
+
+
+def _both(one: Mapping[str, Any]) -> bool:
+    return set(one["hidden"]) <= set(one["verdict"])
+
+
+def _second_seen(one: Mapping[str, Any]) -> bool:
+    """Whether the model with the first effect that was found, if it is a hidden one, still misfits."""
+    if one["verdict"][0] not in one["hidden"]:
+        return True
+    return bool(one["excess_left"][0] >= DETECTABLE)
 
 
 def confusion(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]]:

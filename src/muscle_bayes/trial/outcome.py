@@ -1,7 +1,7 @@
 """One case of a trial: made, searched blind, and judged."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.parallel.tasks import Tasks
@@ -48,7 +49,8 @@ def run_case(case: Case) -> dict[str, Any]:
         "tied_ports": sorted({effect_type(one).port for step in found.steps for one in step.tie}),
         "gates": [[step.gate.gain, step.gate.se, step.gate.by] for step in found.steps],
         "stopped_because": found.stopped_because,
-        "excess": excess(found, noise),
+        "excess": excess(found.located, found.floor, noise),
+        "excess_left": [excess(step.after.misfit, found.floor, noise) for step in found.steps],
         "held_out": held_out_ratio(found.final, noise, found),
         "bic": dict(found.naming.bic),
         "regression": {
@@ -69,16 +71,16 @@ def error_of_reading(runs: Sequence[Run]) -> float:
     return float(np.sqrt(noise**2 + runs[0].sensor.resolution ** 2 / 12.0))
 
 
-def excess(found: Discovery, noise: float) -> float:
-    """Largest misfit of the nominal model in any fitted run, above the noise of means, in the error
+def excess(misfit: MisfitMap, floor: Mapping[str, float], noise: float) -> float:
+    """Largest misfit of a model in any fitted run, above the noise of means (`floor`), in the error
     of a reading: at least 0.5 counts as detectable.
 
     What the noise of a run's n means may leave by chance, two standard errors of their mean square,
     is no misfit: floor^2 (1 + 2 sqrt(2 / n)) is taken off.
     """
     ratios = []
-    for line in found.located.traces:
-        chance = found.floor[line.run] ** 2 * (1.0 + 2.0 * np.sqrt(2.0 / line.residual.size))
+    for line in misfit.traces:
+        chance = floor[line.run] ** 2 * (1.0 + 2.0 * np.sqrt(2.0 / line.residual.size))
         above = max(float(np.mean(line.residual**2)) - chance, 0.0)
         ratios.append(np.sqrt(above) / noise)
     return float(max(ratios))
