@@ -39,6 +39,7 @@ def told(name: str, found: Discovery, origins: dict[str, str]) -> str:
     else:
         against = "Nothing is published for this rig in such terms; what follows is a finding, not a check."
     text = summary(found, origins).partition("\n")[2].replace("\n## ", "\n### ")
+    text = text.replace(" (`unknown.png`)", "")  # which the command would draw
     return f"## {name}\n\n{against}\n{text}"
 
 
