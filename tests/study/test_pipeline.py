@@ -11,8 +11,11 @@ import pytest
 from fake_stages import Watched, plan_in, process_of, stages_of
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.physics.effects.own import FILES
 from muscle_bayes.study.pipeline import run_stages
 
+DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"
+"""Holds an effect of one's own, as an example."""
 ALL = {"left", "right", "sum"}
 
 
@@ -50,6 +53,19 @@ def test_what_depends_on_an_equal_result_stands(tmp_path):
     run(plan)
     plan.logs["y"].write_text("102")  # the stage's result is the same
     assert run(plan).made_ == ["right"]
+
+
+def test_an_effect_of_ones_own_that_changed_makes_everything_anew(tmp_path, monkeypatch):
+    plan = plan_in(tmp_path, x="1", y="2")
+    run(plan)
+    code = DOCUMENT.read_text().split("```python\n")[1].split("```")[0]
+    file = tmp_path / "cable.py"
+    file.write_text(code)
+    monkeypatch.setenv(FILES, str(file))
+    assert set(run(plan).made_) == ALL
+    assert run(plan).made_ == []
+    file.write_text(code.replace("0.1 * scales.range", "0.2 * scales.range"))
+    assert set(run(plan).made_) == ALL
 
 
 def test_touching_a_run_changes_nothing(tmp_path):

@@ -42,7 +42,7 @@ def discover(
 ) -> None:
     """Find where the model of RUN... disagrees with them, name the missing effect, add it.
 
-    Says "none" where nothing is missing, "unknown" where no effect of the catalogue explains what
+    Says "none" where nothing is missing, "unknown" where no effect that has a name explains what
     is, and which effects tie. The revised model is then fitted in full. Exits with 1 if that fit has
     not converged.
     """
