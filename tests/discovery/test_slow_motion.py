@@ -11,7 +11,6 @@ from muscle_bayes.discovery import compare as comparison
 from muscle_bayes.discovery.compare import compare, with_own_motion
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.nominal import nest, nominal
-from muscle_bayes.discovery.search import finished, first_steps, screen
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
@@ -91,15 +90,10 @@ def test_no_candidate_is_left(monkeypatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("effect", "seed", "lead"), [("slack", 16, -5.0), ("second-relaxation", 18, 100.0)]
-)
+@pytest.mark.parametrize(("effect", "seed"), [("slack", 16), ("second-relaxation", 18)])
 @double_precision
-def test_motion_of_a_wrong_model_hides_no_effect(
-    tmp_path: Path, effect: str, seed: int, lead: float
-) -> None:
-    """In slow motion the search ends where one of the model with the effect from its prior does; beside
-    the base's motion `lead` nat and more below that."""
+def test_motion_of_a_wrong_model_hides_no_effect(tmp_path: Path, effect: str, seed: int) -> None:
+    """The search ends where one of the model with the effect from its prior does."""
     save_runs(tmp_path / "runs", data_set(Case("single", (effect,), seed)))
     runs = read_runs([tmp_path / "runs"])
 
@@ -109,10 +103,6 @@ def test_motion_of_a_wrong_model_hides_no_effect(
         return Explanation(search, descend(search.train, present, point)).settled()
 
     base, known = explained((), [effect]), explained((effect,), [])
-    train = base.search.train
-    starts = screen(train, base.fitted, [effect], seed)[effect]
-    beside = finished(train, base.fitted, first_steps(train, base.fitted, effect, starts))
-    hidden = Explanation(base.search, beside).settled().fitted.log_evidence
     found = compare(base, [effect]).found[effect].fitted.log_evidence
     assert found > known.fitted.log_evidence - 20.0
-    assert found > hidden + lead
+    assert found > base.fitted.log_evidence + 100.0
