@@ -46,7 +46,9 @@ def extent(counts: dict[str, int]) -> str:
 
 
 def verdict(one: dict[str, Any]) -> str:
-    """Whether the rate itself meets its aim."""
+    """Whether the rate itself meets its aim, if it has one."""
+    if not one["wanted"]:
+        return ""
     aim, limit = one["wanted"].split()[0], float(one["wanted"].split()[1]) / 100.0
     return (
         "holds"

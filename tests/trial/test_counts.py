@@ -40,6 +40,12 @@ OUTCOMES = [
     _outcome(
         "outside", ["detent"], ["unknown"], ports=["tension"], tied_ports=["tension", "torque"]
     ),
+    _outcome(
+        "outside",
+        ["detent"],
+        ["slack", "unknown"],
+        probabilities={"slack": 0.1, "none": 0.0, "unknown": 0.9},
+    ),
     _outcome("pair", ["slack", "thermal-lag"], ["thermal-lag", "slack"]),
     _outcome("pair", ["slack", "thermal-lag"], ["slack"], excess_left=[0.1]),
     _outcome("pair", ["slack", "thermal-lag"], ["slack"], excess_left=[0.6]),
@@ -54,9 +60,10 @@ def test_rates() -> None:
         (2, 2),
         (1, 2),
         (1, 2),
-        (2, 3),
-        (1, 3),
-        (2, 3),
+        (3, 4),
+        (2, 4),
+        (3, 4),
+        (2, 4),
         (1, 2),
         (1, 5),
         (1, 4),
@@ -73,7 +80,7 @@ def test_intervals_are_exact() -> None:
 
 def test_confusion_leaves_out_what_cannot_be_seen() -> None:
     assert confusion(OUTCOMES) == {
-        "detent": {"unknown": 2},
+        "detent": {"unknown": 2, "slack": 1},
         "nothing": {"none": 1, "slack": 1},
         "slack": {"slack": 1, "thermal-lag": 1},
         "tether": {"slack": 1},

@@ -37,6 +37,7 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
         "**so not yet the whole trial**"
     )
+    assert script["verdict"]({"wanted": "", "share": 0.5}) == ""
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
     (tmp_path / "trial.png").write_bytes(b"")
     for code, words in (

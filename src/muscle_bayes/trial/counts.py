@@ -26,6 +26,7 @@ class Rate:
 
     what: str
     wanted: str
+    """Its aim; empty where none is set."""
     hits: int
     cases: int
     low: float
@@ -58,6 +59,9 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
         Rate.of("outside: right port", ">= 60 %", [one["port"] in one["ports"] for one in outside]),
         Rate.of(
             "outside: right port, or in its tie", ">= 60 %", [_right_port(one) for one in outside]
+        ),
+        Rate.of(
+            "outside: unknown alone, no name added", "", [one["verdict"] == [UNKNOWN] for one in outside]
         ),
         Rate.of(
             "single: held-out RMSE within 1.2 of the noise",
