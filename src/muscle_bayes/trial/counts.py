@@ -61,7 +61,9 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
             "outside: right port, or in its tie", ">= 60 %", [_right_port(one) for one in outside]
         ),
         Rate.of(
-            "outside: unknown alone, no name added", "", [one["verdict"] == [UNKNOWN] for one in outside]
+            "outside: unknown alone, no name added",
+            "",
+            [one["verdict"] == [UNKNOWN] for one in outside],
         ),
         Rate.of(
             "single: held-out RMSE within 1.2 of the noise",
