@@ -34,7 +34,8 @@ def started_afresh(nested: Nested, base: Fitted, effect: str, seed: int) -> list
     """The model that adds `effect` to `base`, fitted from draws of the prior; best first.
 
     Fixture, noise and runs' zeros and starts begin as in `base`, all misfit taken for white noise, and
-    effects that it has already. Empty where the misfit of `base` is not gross, or no run has a muscle.
+    effects that it has already. Empty where the misfit of `base` is not gross, no run has a muscle, or
+    nothing drawn has finite derivatives.
     """
     if not (is_gross(nested, base) and any(map(has_muscle, nested.problem.runs))):
         return []
@@ -54,7 +55,7 @@ def started_afresh(nested: Nested, base: Fitted, effect: str, seed: int) -> list
 
 
 def _best_first(fits: Sequence[Fitted]) -> list[Fitted]:
-    return sorted(fits, key=lambda one: one.potential)
+    return sorted((one for one in fits if one.slope.finite), key=lambda one: one.potential)
 
 
 def _drawn(

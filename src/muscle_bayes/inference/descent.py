@@ -45,7 +45,7 @@ class Fitted:
     choice: Choice
     point: Float[np.ndarray, " n"]
     potential: float
-    """Negative log posterior density."""
+    """Negative log posterior density; inf where its derivatives are not finite."""
     found: Explained
     slope: Slope
     walls: Walls
@@ -83,6 +83,8 @@ class Fitted:
     @property
     def log_evidence(self) -> float:
         """Laplace's approximation: log density at the mode times the volume of the posterior."""
+        if not self.slope.finite:
+            return -np.inf
         volume = 0.5 * self.used * LOG_2PI - 0.5 * self.precision.log_determinant
         gradient = np.asarray(self.slope.gradient)[: self.used]
         share = log_share(self.precision, gradient, self.walls.of(np.arange(self.used)))
@@ -113,12 +115,15 @@ def descend(
     limit: int = MAX_STEPS,
     held: Sequence[str] = (),
 ) -> Fitted:
-    """Levenberg-Marquardt from `start`, damped until a step descends; entries named in `held` stay."""
+    """Levenberg-Marquardt from `start`, damped until a step descends; entries named in `held` stay.
+
+    No step leads to a point whose derivatives are not finite, nor from such a start.
+    """
     choice = nested.choice(effects)
     point, walls = _between_walls(nested, choice, np.asarray(start, float))
     found, slope = _seen(nested, choice, point), _slope(nested, choice, point)
     used = nested.shared + len(nested.slots_of(effects))
-    potential = float(found.potential)
+    potential = float(found.potential) if slope.finite else np.inf
     fitted = Fitted(
         tuple(effects), choice, point, potential, found, slope, walls, used, FIRST_DAMPING
     )
@@ -129,6 +134,8 @@ def go_on(
     nested: Nested, fitted: Fitted, limit: int = MAX_STEPS, held: Sequence[str] = ()
 ) -> Fitted:
     """`limit` more trials of a step from where a descent ended, as if it had not; `held` as there."""
+    if not fitted.slope.finite:
+        return fitted
     free = np.array([name not in held for name in nested.shared_names()])
     rest = np.ones(fitted.point.size - free.size, bool)
     free = np.flatnonzero(np.concatenate([free, rest]))
@@ -141,8 +148,7 @@ def go_on(
         point, walls = _between_walls(nested, choice, fitted.point + move)
         found = _seen(nested, choice, point)
         gain = fitted.potential - float(found.potential)
-        if gain > 0.0:
-            slope = _slope(nested, choice, point)
+        if gain > 0.0 and (slope := _slope(nested, choice, point)).finite:
             information = _information(slope)
             fitted = replace(
                 fitted,

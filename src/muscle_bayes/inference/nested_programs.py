@@ -173,6 +173,11 @@ class Slope(NamedTuple):
     prior: Float[Array, " n"]
     """Diagonal of the prior's precision."""
 
+    @property
+    def finite(self) -> bool:
+        """Whether all are. Of steps that diverge, cut off by an endstop, readings are and these are not."""
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self))
+
 
 @Program
 def slope_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Slope:
