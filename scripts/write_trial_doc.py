@@ -35,6 +35,19 @@ CURRENT = "The code that searched them is that of this page."
 EARLIER = (
     "**Searched by earlier code**; what has changed since is in docs/evidence.md, not shown yet."
 )
+MIXED = (
+    "{count} of them were **searched by earlier code**; what has changed since is in docs/evidence.md, "
+    "not shown yet."
+)
+
+
+def searched_by(code: str, kept: Path) -> str:
+    """Whether what was counted, and each outcome that is kept, is of the present code."""
+    stamp = trial_tasks([]).stamp
+    if code != stamp:
+        return EARLIER
+    older = sum(json.loads(path.read_text())["inputs"] != stamp for path in kept.glob("*.json"))
+    return MIXED.format(count=older) if older else CURRENT
 
 
 def extent(counts: dict[str, int]) -> str:
@@ -60,7 +73,7 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    code = CURRENT if found["code"] == trial_tasks([]).stamp else EARLIER
+    code = searched_by(found["code"], folder / "cases")
     page = HEAD.format(extent=extent(found["kinds"]), code=code)
     for one in found["rates"]:
         page += (

@@ -49,3 +49,11 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         page = (tmp_path / "trial.md").read_text()
         assert words in page
         assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page
+
+
+def test_page_says_how_many_outcomes_are_of_earlier_code(tmp_path: Path) -> None:
+    searched_by = runpy.run_path(str(SCRIPT))["searched_by"]
+    stamp = trial_tasks([]).stamp
+    for name, code in (("one", stamp), ("two", "0" * 64), ("three", "1" * 64)):
+        (tmp_path / f"{name}.json").write_text(json.dumps({"inputs": code, "result": {}}))
+    assert searched_by(stamp, tmp_path).startswith("2 of them were **searched by earlier code**")
