@@ -1,6 +1,6 @@
-"""Write docs/trial.md and its figure from what `make trial` has left.
+"""Write docs/trial.md and its figure from what `make trial`, or count_trial.py, has left.
 
-python scripts/write_trial_doc.py FOLDER, with trial.json and trial.png in it.
+python scripts/write_trial_doc.py FOLDER, with trial.json, trial.png and cases in it.
 """
 
 import inspect
@@ -41,13 +41,14 @@ MIXED = (
 )
 
 
-def searched_by(code: str, kept: Path) -> str:
-    """Whether what was counted, and each outcome that is kept, is of the present code."""
+def searched_by(kept: Path) -> str:
+    """Whether the outcomes that are kept are of the present code."""
     stamp = trial_tasks([]).stamp
-    if code != stamp:
-        return EARLIER
-    older = sum(json.loads(path.read_text())["inputs"] != stamp for path in kept.glob("*.json"))
-    return MIXED.format(count=older) if older else CURRENT
+    codes = [json.loads(path.read_text())["inputs"] for path in kept.glob("*.json")]
+    older = sum(code != stamp for code in codes)
+    if not older:
+        return CURRENT
+    return EARLIER if older == len(codes) else MIXED.format(count=older)
 
 
 def extent(counts: dict[str, int]) -> str:
@@ -73,7 +74,7 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    code = searched_by(found["code"], folder / "cases")
+    code = searched_by(folder / "cases")
     page = HEAD.format(extent=extent(found["kinds"]), code=code)
     for one in found["rates"]:
         page += (

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from muscle_bayes.report.trial_figure import trial_figure
+from muscle_bayes.trial.cases import cases
 from muscle_bayes.trial.counts import counted
 from muscle_bayes.trial.outcome import trial_tasks
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "write_trial_doc.py"
+SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
 def _outcomes(count: int) -> list[dict]:
@@ -19,6 +20,11 @@ def _outcomes(count: int) -> list[dict]:
     return [
         one | {"probabilities": said, "ports": [], "tied_ports": [], "port": None, "held_out": 1.0}
     ] * count
+
+
+def _keep(path: Path, code: str, result: dict | None = None) -> None:
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps({"inputs": code, "result": result}))
 
 
 def test_figure_shows_each_share_with_its_interval() -> None:
@@ -31,7 +37,7 @@ def test_figure_shows_each_share_with_its_interval() -> None:
 
 
 def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> None:
-    script = runpy.run_path(str(SCRIPT))
+    script = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))
     outcomes = _outcomes(7)
     assert script["extent"]({"none": 7}) == (
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
@@ -40,11 +46,12 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
     assert script["verdict"]({"wanted": "", "share": 0.5}) == ""
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
     (tmp_path / "trial.png").write_bytes(b"")
+    (tmp_path / "trial.json").write_text(json.dumps(counted(outcomes)))
     for code, words in (
         (trial_tasks([]).stamp, "is that of this page"),
         ("0" * 64, "**Searched by earlier code**"),
     ):
-        (tmp_path / "trial.json").write_text(json.dumps({"code": code, **counted(outcomes)}))
+        _keep(tmp_path / "cases" / "one.json", code)
         script["main"](tmp_path)
         page = (tmp_path / "trial.md").read_text()
         assert words in page
@@ -52,8 +59,19 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
 
 
 def test_page_says_how_many_outcomes_are_of_earlier_code(tmp_path: Path) -> None:
-    searched_by = runpy.run_path(str(SCRIPT))["searched_by"]
-    stamp = trial_tasks([]).stamp
-    for name, code in (("one", stamp), ("two", "0" * 64), ("three", "1" * 64)):
-        (tmp_path / f"{name}.json").write_text(json.dumps({"inputs": code, "result": {}}))
-    assert searched_by(stamp, tmp_path).startswith("2 of them were **searched by earlier code**")
+    for name, code in (("one", trial_tasks([]).stamp), ("two", "0" * 64), ("three", "1" * 64)):
+        _keep(tmp_path / f"{name}.json", code)
+    said = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))["searched_by"](tmp_path)
+    assert said.startswith("2 of them were **searched by earlier code**")
+
+
+def test_what_is_kept_counts_up_to_the_first_case_that_is_not(tmp_path: Path) -> None:
+    for index, case in enumerate(cases("none", 6, 0)):
+        if index != 4:
+            _keep(tmp_path / "cases" / f"{case.name}.json", str(index), _outcomes(1)[0])
+    runpy.run_path(str(SCRIPTS / "count_trial.py"))["main"](tmp_path)
+    numbers = json.loads((tmp_path / "trial.json").read_text())
+    assert numbers["kinds"] == {"none": 4}
+    assert numbers["code"] == "several"
+    assert len(json.loads((tmp_path / "outcomes.json").read_text())["outcomes"]) == 4
+    assert (tmp_path / "trial.png").exists()

@@ -1,7 +1,7 @@
 """`muscle-bayes trial`: how often does discovery find what was hidden?"""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -35,10 +35,7 @@ def trial(
     from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.parallel.tasks import run_tasks
-    from muscle_bayes.report.style import save
-    from muscle_bayes.report.trial_figure import trial_figure
     from muscle_bayes.trial.cases import cases
-    from muscle_bayes.trial.counts import counted
     from muscle_bayes.trial.outcome import trial_tasks
 
     wanted = {"single": single, "none": none, "outside": outside, "pair": pair}
@@ -55,10 +52,7 @@ def trial(
             report=lambda done, total: report("cases", done, total),
         )
     outcomes = list(results.values())
-    numbers = {"code": tasks.stamp, **counted(outcomes)}
-    write_json(out / "trial.json", numbers)
-    write_json(out / "outcomes.json", {"outcomes": outcomes})
-    save(trial_figure(numbers), out / "trial.png")
+    numbers = write_counts(out, tasks.stamp, outcomes)
     if json is not None:
         write_json(json, {**numbers, "outcomes": outcomes})
     console = Console()
@@ -72,3 +66,16 @@ def trial(
         matrix.add_row(hidden, ", ".join(f"{name} {n}" for name, n in said.items()))
     console.print(matrix)
     console.print(f"expected calibration error {numbers['calibration_error']:.3f}; {out}")
+
+
+def write_counts(folder: Path, code: str, outcomes: list[dict[str, Any]]) -> dict[str, Any]:
+    """Numbers and figure of `outcomes`, and these themselves, into `folder`; `code` searched them."""
+    from muscle_bayes.report.style import save
+    from muscle_bayes.report.trial_figure import trial_figure
+    from muscle_bayes.trial.counts import counted
+
+    numbers = {"code": code, **counted(outcomes)}
+    write_json(folder / "trial.json", numbers)
+    write_json(folder / "outcomes.json", {"outcomes": outcomes})
+    save(trial_figure(numbers), folder / "trial.png")
+    return numbers

@@ -1,0 +1,34 @@
+"""Count what a trial has left so far, whichever code searched it; nothing is searched.
+
+python scripts/count_trial.py FOLDER, with outcomes in FOLDER/cases. Of each kind the cases count that
+come before the first which is not there, so that none is chosen by how it ended.
+"""
+
+import json
+import sys
+from itertools import takewhile
+from pathlib import Path
+
+from muscle_bayes.cli.trial import write_counts
+from muscle_bayes.trial.cases import KINDS, cases
+
+SEED = 0
+"""Of `make trial`."""
+
+
+def main(folder: Path) -> None:
+    """Write trial.json, outcomes.json and trial.png, as `muscle-bayes trial` does at its end."""
+    kept = {path.stem: json.loads(path.read_text()) for path in (folder / "cases").glob("*.json")}
+    chosen = [
+        kept[one.name]
+        for kind in KINDS
+        for one in takewhile(lambda one: one.name in kept, cases(kind, len(kept), SEED))
+    ]
+    codes = {one["inputs"] for one in chosen}
+    code = codes.pop() if len(codes) == 1 else "several"
+    write_counts(folder, code, [one["result"] for one in chosen])
+    print(f"{folder}: {len(chosen)} of {len(kept)} outcomes counted")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
