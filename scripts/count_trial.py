@@ -6,6 +6,7 @@ come before the first which is not there, so that none is chosen by how it ended
 
 import json
 import sys
+from collections import Counter
 from itertools import takewhile
 from pathlib import Path
 
@@ -24,9 +25,8 @@ def main(folder: Path) -> None:
         for kind in KINDS
         for one in takewhile(lambda one: one.name in kept, cases(kind, len(kept), SEED))
     ]
-    codes = {one["inputs"] for one in chosen}
-    code = codes.pop() if len(codes) == 1 else "several"
-    write_counts(folder, code, [one["result"] for one in chosen])
+    codes = Counter(one["inputs"] for one in chosen)
+    write_counts(folder, codes, [one["result"] for one in chosen])
     print(f"{folder}: {len(chosen)} of {len(kept)} outcomes counted")
 
 

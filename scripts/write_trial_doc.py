@@ -1,6 +1,6 @@
 """Write docs/trial.md and its figure from what `make trial`, or count_trial.py, has left.
 
-python scripts/write_trial_doc.py FOLDER, with trial.json, trial.png and cases in it.
+python scripts/write_trial_doc.py FOLDER, with trial.json and trial.png in it.
 """
 
 import inspect
@@ -21,7 +21,9 @@ BASELINES = ROOT / "benchmarks" / "results" / "discovery.json"
 
 HEAD = """# Trial of discovery
 
-Written by `make trial`; do not edit. Effects were hidden in SYNTHETIC runs of random rigs (geometry,
+Written by `scripts/write_trial_doc.py` (`make trial` runs it); do not edit.
+
+Effects were hidden in SYNTHETIC runs of random rigs (geometry,
 true parameters, strengths, noise), and searched blind (docs/discovery.md): {extent}.
 {code}
 Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
@@ -41,14 +43,12 @@ MIXED = (
 )
 
 
-def searched_by(kept: Path) -> str:
-    """Whether the outcomes that are kept are of the present code."""
-    stamp = trial_tasks([]).stamp
-    codes = [json.loads(path.read_text())["inputs"] for path in kept.glob("*.json")]
-    older = sum(code != stamp for code in codes)
+def searched_by(codes: dict[str, int]) -> str:
+    """Whether the outcomes that were counted are of the present code."""
+    older = sum(codes.values()) - codes.get(trial_tasks([]).stamp, 0)
     if not older:
         return CURRENT
-    return EARLIER if older == len(codes) else MIXED.format(count=older)
+    return EARLIER if older == sum(codes.values()) else MIXED.format(count=older)
 
 
 def extent(counts: dict[str, int]) -> str:
@@ -74,7 +74,7 @@ def verdict(one: dict[str, Any]) -> str:
 def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
-    code = searched_by(folder / "cases")
+    code = searched_by(found["codes"])
     page = HEAD.format(extent=extent(found["kinds"]), code=code)
     for one in found["rates"]:
         page += (

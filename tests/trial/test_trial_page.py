@@ -22,11 +22,6 @@ def _outcomes(count: int) -> list[dict]:
     ] * count
 
 
-def _keep(path: Path, code: str, result: dict | None = None) -> None:
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps({"inputs": code, "result": result}))
-
-
 def test_figure_shows_each_share_with_its_interval() -> None:
     left, right = trial_figure(counted(_outcomes(10))).axes
     assert [text.get_text() for text in left.texts] == ["10"]
@@ -46,32 +41,33 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
     assert script["verdict"]({"wanted": "", "share": 0.5}) == ""
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
     (tmp_path / "trial.png").write_bytes(b"")
-    (tmp_path / "trial.json").write_text(json.dumps(counted(outcomes)))
     for code, words in (
         (trial_tasks([]).stamp, "is that of this page"),
         ("0" * 64, "**Searched by earlier code**"),
     ):
-        _keep(tmp_path / "cases" / "one.json", code)
+        numbers = {"codes": {code: 7}, **counted(outcomes)}
+        (tmp_path / "trial.json").write_text(json.dumps(numbers))
         script["main"](tmp_path)
         page = (tmp_path / "trial.md").read_text()
         assert words in page
         assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page
 
 
-def test_page_says_how_many_outcomes_are_of_earlier_code(tmp_path: Path) -> None:
-    for name, code in (("one", trial_tasks([]).stamp), ("two", "0" * 64), ("three", "1" * 64)):
-        _keep(tmp_path / f"{name}.json", code)
-    said = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))["searched_by"](tmp_path)
+def test_page_says_how_many_outcomes_are_of_earlier_code() -> None:
+    searched_by = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))["searched_by"]
+    said = searched_by({trial_tasks([]).stamp: 4, "0" * 64: 1, "1" * 64: 1})
     assert said.startswith("2 of them were **searched by earlier code**")
 
 
 def test_what_is_kept_counts_up_to_the_first_case_that_is_not(tmp_path: Path) -> None:
     for index, case in enumerate(cases("none", 6, 0)):
         if index != 4:
-            _keep(tmp_path / "cases" / f"{case.name}.json", str(index), _outcomes(1)[0])
+            kept = tmp_path / "cases" / f"{case.name}.json"
+            kept.parent.mkdir(exist_ok=True)
+            kept.write_text(json.dumps({"inputs": str(index % 2), "result": _outcomes(1)[0]}))
     runpy.run_path(str(SCRIPTS / "count_trial.py"))["main"](tmp_path)
     numbers = json.loads((tmp_path / "trial.json").read_text())
     assert numbers["kinds"] == {"none": 4}
-    assert numbers["code"] == "several"
+    assert numbers["codes"] == {"0": 2, "1": 2}
     assert len(json.loads((tmp_path / "outcomes.json").read_text())["outcomes"]) == 4
     assert (tmp_path / "trial.png").exists()

@@ -52,7 +52,7 @@ def trial(
             report=lambda done, total: report("cases", done, total),
         )
     outcomes = list(results.values())
-    numbers = write_counts(out, tasks.stamp, outcomes)
+    numbers = write_counts(out, {tasks.stamp: len(outcomes)}, outcomes)
     if json is not None:
         write_json(json, {**numbers, "outcomes": outcomes})
     console = Console()
@@ -68,13 +68,18 @@ def trial(
     console.print(f"expected calibration error {numbers['calibration_error']:.3f}; {out}")
 
 
-def write_counts(folder: Path, code: str, outcomes: list[dict[str, Any]]) -> dict[str, Any]:
-    """Numbers and figure of `outcomes`, and these themselves, into `folder`; `code` searched them."""
+def write_counts(
+    folder: Path, codes: dict[str, int], outcomes: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Numbers and figure of `outcomes`, and these themselves, into `folder`.
+
+    `codes`: how many of them the code of each stamp has searched.
+    """
     from muscle_bayes.report.style import save
     from muscle_bayes.report.trial_figure import trial_figure
     from muscle_bayes.trial.counts import counted
 
-    numbers = {"code": code, **counted(outcomes)}
+    numbers = {"codes": codes, **counted(outcomes)}
     write_json(folder / "trial.json", numbers)
     write_json(folder / "outcomes.json", {"outcomes": outcomes})
     save(trial_figure(numbers), folder / "trial.png")

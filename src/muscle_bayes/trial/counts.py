@@ -62,7 +62,7 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
         ),
         Rate.of(
             "outside: unknown alone, no name added",
-            "",
+            ">= 80 %",
             [one["verdict"] == [UNKNOWN] for one in outside],
         ),
         Rate.of(
