@@ -101,7 +101,7 @@ cogging
 
 # %%
 angles = jnp.linspace(-1.0, 1.0, 200)
-rest = Signals(*[jnp.zeros(())] * (len(Signals._fields) - 1), memory={})
+rest = Signals(**{name: jnp.zeros(()) for name in Signals._fields} | {"memory": {}})
 torque = np.array([float(cogging(0.01)(0.0, rest._replace(q=q))) for q in angles])
 assert cogging.off()(0.25, rest._replace(q=angles[7])) == 0.25
 

@@ -13,6 +13,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((PROJECT / "notebooks").glob("*.py"))
+QUICK = [path for path in NOTEBOOKS if path.stem in ("01_quick_start", "09_bench")]
 
 
 def executed(out: Path, *arguments: str) -> str:
@@ -37,8 +38,11 @@ def with_firmware(named: list[Path]) -> list[str]:
 
 
 @pytest.mark.timeout(3600)
-def test_every_notebook_runs(tmp_path):
-    asked = with_firmware(NOTEBOOKS)
+@pytest.mark.parametrize(
+    "notebooks", [QUICK, pytest.param(NOTEBOOKS, marks=pytest.mark.slow)], ids=["quick", "all"]
+)
+def test_every_cell_runs(notebooks, tmp_path):
+    asked = with_firmware(notebooks)
     print(executed(tmp_path, *asked))
     written = sorted(tmp_path.glob("*.ipynb"))
     assert len(written) == len(asked)

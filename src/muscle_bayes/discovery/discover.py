@@ -127,11 +127,12 @@ def _result(
     named: Chain, located: MisfitMap, left: MisfitMap, unknown: Unknown | None
 ) -> Discovery:
     last, links, stopped, search = named.last, named.links, named.stopped, named.base.search
-    odds = unexplained(left.p_value) if unknown is None else unknown.odds(last)
+    odds = unexplained(left.p_value) if unknown is None else unknown.odds
     # A misfit that neither an effect nor a function describes speaks for something unknown all the same.
     against_none = 1.0 if links else unexplained(located.p_value)
+    probabilities = named.naming.with_unknown(odds, against_none)
     function = None if unknown is None else unknown.beside
-    if unknown is not None and unknown.replaces(last):
+    if unknown is not None and unknown.replaces:
         links, function = (), unknown.instead
     if function is not None:
         stopped = "what is left is described by a function that nobody has named"
@@ -140,9 +141,9 @@ def _result(
     for link in (*links, *([] if function is None else [function])):
         fitted = link.after.polished()
         after = _judged(link.after, fitted, left if link.after is last else _located(link.after))
-        steps.append(_step(link, fitted, before, after))
+        told = probabilities if link.naming is named.naming else link.naming.probabilities
+        steps.append(_step(link, fitted, told[link.effect], before, after))
         before = after
-    probabilities = named.naming.with_unknown(odds, against_none)
     return Discovery(
         verdict=_verdict(steps, probabilities, left),
         probabilities=probabilities,
@@ -191,7 +192,7 @@ def _judged(one: Explanation, fitted: Fitted, misfit: MisfitMap) -> Judged:
     return Judged(fitted.effects, found, checks, misfit)
 
 
-def _step(link: Link, fitted: Fitted, before: Judged, after: Judged) -> Step:
+def _step(link: Link, fitted: Fitted, probability: float, before: Judged, after: Judged) -> Step:
     unnamed = link.effect.startswith(f"{PREFIX}-")
     signals = (function_type(link.effect).signal,) if unnamed else ()
     train, seed = link.after.search.train, link.after.search.seed
@@ -200,7 +201,7 @@ def _step(link: Link, fitted: Fitted, before: Judged, after: Judged) -> Step:
         effect=link.effect,
         port=effect_type(link.effect).port,
         signals=signals,
-        probability=link.naming.probabilities[link.effect],
+        probability=probability,
         tie=link.naming.tie,
         parameters=estimates(train, fitted, link.effect, seed),
         curve=curve(train, fitted, link.effect, seed) if unnamed else None,

@@ -1,8 +1,8 @@
 """What functions that nobody has named explain beside named effects, or instead of them."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from muscle_bayes.discovery.chain import Chain, Link, judge
 from muscle_bayes.discovery.compare import likelier, with_own_motion
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.explanation import Explanation
+from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
 from muscle_bayes.discovery.search import fit_candidates, screen, searched_further
@@ -22,25 +23,41 @@ from muscle_bayes.inference.descent import descend
 class Unknown:
     """What functions explain that named effects do not; None where they are not worth having."""
 
+    named: Explanation
+    """The final model of named effects alone."""
     beside: Link | None
-    """The best function beside the named effects."""
+    """The best function beside the named effects; `instead` where there are none."""
     instead: Link | None
     """The best function without any of them."""
 
-    def replaces(self, last: Explanation) -> bool:
-        """Whether a function alone is likelier than named effects, helped or not."""
-        best = last if self.beside is None else self.beside.after
-        if self.instead is None:
-            return False
-        lead = self.instead.after.fitted.log_evidence - best.fitted.log_evidence
-        return lead > math.log((1.0 - PRIOR_UNKNOWN) / PRIOR_UNKNOWN)
+    @cached_property
+    def odds(self) -> float:
+        """Evidence of a function alone against that of the named effects, at least even.
 
-    def odds(self, last: Explanation) -> float:
-        """Evidence of a function alone against that of the named effects, at least even."""
+        A function that helps the named effects counts for them only if they would be added beside one as
+        beside any other model: they may owe all they explain to what no function can follow exactly.
+        """
         if self.instead is None:
             return 1.0
-        lead = self.instead.after.fitted.log_evidence - last.fitted.log_evidence
+        best, helped = self.named, self.beside
+        if helped is not None and helped is not self.instead:
+            best = helped.after if _adds(self.instead.after, helped.after) else best
+        lead = self.instead.after.fitted.log_evidence - best.fitted.log_evidence
         return float(np.exp(np.clip(lead, 0.0, 700.0)))
+
+    @property
+    def replaces(self) -> bool:
+        """Whether a function alone is likelier than the named effects."""
+        return self.odds > (1.0 - PRIOR_UNKNOWN) / PRIOR_UNKNOWN
+
+
+def _adds(before: Explanation, after: Explanation) -> bool:
+    """Whether what `after` has more than `before` is claimed, and predicts unseen readings better."""
+    search, best, rival = before.search, before.fitted, after.fitted
+    blocks = blocks_of(traces(search.train, best), in_dispute(best, rival))
+    naming = weigh(best, {"more": rival}, blocks, search.seed)
+    left = locate(search.train, best, search.seed)
+    return naming.supported(left.p_value).claims and judge(before, after).passed
 
 
 def search_functions(start: Nominal, named: Chain) -> Unknown:
@@ -57,7 +74,7 @@ def search_functions(start: Nominal, named: Chain) -> Unknown:
         return _function(replace(beside, search=search.over(whole)), names)
 
     beside = found(named.last)
-    return Unknown(beside, found(named.base) if named.links else beside)
+    return Unknown(named.last, beside, found(named.base) if named.links else beside)
 
 
 def _function(before: Explanation, names: Sequence[str]) -> Link | None:
