@@ -17,7 +17,7 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
 _BESIDE_THE_PROJECT = Path(__file__).parents[1].parent / "shared" / "real"
 
 
-LONGEST = "test_every_notebook_runs"
+LONGEST = "test_a_hidden_effect_is_named_and_added"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
