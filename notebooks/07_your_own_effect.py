@@ -61,7 +61,7 @@ for port, carries in PORTS.items():
 source = '''"""Magnets in the axle."""
 
 import jax.numpy as jnp
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Effect, Parameter
 

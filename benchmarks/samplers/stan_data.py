@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 from jaxtyping import Float
 
 from benchmarks.density import inputs_of

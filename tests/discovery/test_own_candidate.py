@@ -14,7 +14,7 @@ from muscle_bayes.twin import Rig, make_effect, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
 
 OWN = '''
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Effect, Parameter
 

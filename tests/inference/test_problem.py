@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 import pandas as pd
 import pytest
 

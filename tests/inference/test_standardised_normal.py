@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 import pytest
 from numpyro.distributions import biject_to
 from numpyro.infer import MCMC, NUTS

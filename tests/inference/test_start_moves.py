@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.inference.dead_bands import START
 from muscle_bayes.inference.precision import double_precision

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.problem import Data, Layout

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs

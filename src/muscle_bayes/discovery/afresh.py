@@ -26,7 +26,7 @@ EARLY_STEPS, STEPS = 4, 12
 """Of a fit, and of one further, the noise held."""
 FIXTURE = "J", "D"
 """What runs without a muscle tell, whatever is missing."""
-FIRST_STRAIN = "hyst_stretch"
+FIRST_FORCE = "hyst_force"
 """What a run has of its own that is the muscle's."""
 
 
@@ -69,7 +69,7 @@ def _drawn(
     muscle = [
         name
         for name, _ in nested.layout.shapes
-        if name.endswith(FIRST_STRAIN) or not ("." in name or name in FIXTURE)
+        if name.endswith(FIRST_FORCE) or not ("." in name or name in FIXTURE)
     ]
 
     def point(index: int) -> np.ndarray:

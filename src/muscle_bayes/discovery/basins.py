@@ -13,6 +13,7 @@ from muscle_bayes.inference.descent import FIRST_DAMPING, Fitted, descend, go_on
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at
 from muscle_bayes.inference.other_basins import (
+    FIRST_FORCE,
     SEEN,
     SEEN_LATER,
     expected_noise,
@@ -63,7 +64,7 @@ def with_best_basin(
     taut = _taut_levels(nested)
     forces[MODULUS] = np.concatenate([taut, forces[MODULUS]])
     levels = {names.index(name): values for name, values in forces.items()}
-    begun = first_hyst_levels(seen.point, nested.first_hyst_entries())
+    begun = first_hyst_levels(seen.point, nested.entries_named(FIRST_FORCE))
     tried = [
         *((point, forces) for point in moved_entries(seen.point, levels, readings, SEEN)),
         *((point, ()) for point in moved_entries(seen.point, begun, readings, SEEN_LATER)),

@@ -19,7 +19,7 @@ POINTS = 101
 LEVELS = (0.05, 0.5, 0.95)
 LOOSE = 0.5
 """Posterior standard deviation, as a share of the prior's, above which a parameter is not determined."""
-OWN = ("zero", "start", "speed", "hyst_stretch", "noise", "discrepancy", "correlation_time")
+OWN = ("zero", "start", "speed", "hyst_force", "noise", "discrepancy", "correlation_time")
 """Quantities of runs and sensors: not the plant's."""
 
 

@@ -23,8 +23,8 @@ FACTORS = (0.6, 1.0, 1.5)
 SETTLED = 12.0
 """Time for which a setpoint is held before the next, s."""
 NOISE = (".noise", ".discrepancy", ".correlation_time")
-FRESH = {"zero": 2.0, "start": 2.0, "hyst_stretch": 0.05}
-"""Prior standard deviations of what is a new run's own [counts, counts, 1]."""
+FRESH = {"zero": 2.0, "start": 2.0, "hyst_force": 0.3}
+"""Prior standard deviations of what is a new run's own [counts, counts, logarithm]."""
 COOLED = 1.0
 """How near its setpoint a cooling muscle comes before it counts as reached, C."""
 OVERSHOT, MOST_OVERSHOT = 0.5, 4.5

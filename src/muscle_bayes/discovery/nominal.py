@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
@@ -19,7 +19,7 @@ from muscle_bayes.inference.mode import Mode, refine
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.pivots import pivoted
-from muscle_bayes.inference.prior import resting_hyst, strain_under
+from muscle_bayes.inference.prior import strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.record import is_slow
@@ -96,12 +96,7 @@ def _referred(values: dict[str, Any], told: Problem, asked: Problem) -> dict[str
     before, after = told.data.tension, asked.data.tension
     values = dict(values)
     relaxed = values["taut_strain"] - strain_under(before, values)
-    values["taut_strain"] = relaxed + strain_under(after, values)
-    shift = resting_hyst(before, values) - resting_hyst(after, values)
-    return {
-        name: value + shift if name.endswith(".hyst_stretch") else value
-        for name, value in values.items()
-    }
+    return values | {"taut_strain": relaxed + strain_under(after, values)}
 
 
 def nest(start: Nominal, candidates: Sequence[str]) -> tuple[Nested, Float[np.ndarray, " n"]]:

@@ -6,17 +6,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Array, Bool, Float, Int
+from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
-from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.lane_model import LanePrediction, Values, predictions, zeros_of
-from muscle_bayes.inference.noise import NoiseParameters, elapsed_time, reading_variance, whiten
-from muscle_bayes.inference.prior import first_hyst
+from muscle_bayes.inference.likelihood import noise_of, reading_distribution
+from muscle_bayes.inference.noise import NoiseParameters
 from muscle_bayes.inference.problem import Data, Lanes, Layout
-
-LOG_2PI = float(np.log(2.0 * np.pi))
 
 
 def rms_by_regime(
@@ -32,11 +29,6 @@ def rms_by_regime(
         squares[regime] = squares.get(regime, 0.0) + jnp.sum(residual**2)
         counts[regime] = counts.get(regime, 0.0) + jnp.sum(lanes.weight > 0)
     return {regime: jnp.sqrt(squares[regime] / counts[regime]) + 1e-12 for regime in squares}
-
-
-def noise_of(values: Values, regime: str) -> NoiseParameters:
-    """Noise parameters of a regime."""
-    return NoiseParameters(*(values[f"{regime}.{key}"] for key in NoiseParameters._fields))
 
 
 class LaneFit(NamedTuple):
@@ -59,33 +51,9 @@ def _guarded(residual: Array) -> Array:
 def _explain(
     lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> LaneFit:
-    """Density of a lane's readings.
-
-    A segment's start is integrated out: near the pivot the response is linear in it. With errors z
-    from the prior mean and start sensitivities S (both whitened, S per prior standard deviation),
-    log N(z; 0, I + S S') by the matrix inversion and determinant lemmas.
-    """
-    variance = reading_variance(noise, lane.weight, lane.coarse, lane.quantum)
-    seen = (lane.weight > 0).astype(lane.reading.dtype)
-    residual = lane.reading - zero - prediction.reading
-    columns = residual[:, None]
-    if prediction.reach is not None:
-        back = (lane.start - lane.pivot) / lane.start_spread
-        columns = columns - (prediction.reach @ back)[:, None]
-        columns = jnp.concatenate([columns, prediction.reach], axis=1)
-    predicted = _guarded(prediction.reading)
-    elapsed = elapsed_time(predicted, lane.time, lane.jolted, noise, lane.quantum, regime)
-    errors, log_scale = whiten(_guarded(columns), elapsed, variance, lane.jolted, seen, noise)
-    z, s = errors[:, 0], errors[:, 1:]
-    log_density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * seen
-    if prediction.reach is not None:
-        information = jnp.eye(2) + s.T @ s
-        explained = s @ jnp.linalg.solve(information, s.T @ z)
-        volume = 0.5 * jnp.linalg.slogdet(information)[1]
-        share = seen / jnp.maximum(seen.sum(), 1.0)
-        log_density = log_density + 0.5 * explained * z - volume * share
-        z = z - explained
-    return LaneFit(log_density, z, log_scale, prediction.finite > 0.5)
+    """Density of a lane's readings."""
+    distribution = reading_distribution(lane, zero, prediction, noise, regime)
+    return LaneFit(*distribution.innovations(lane.reading), prediction.finite > 0.5)
 
 
 def _explain_all(
@@ -152,38 +120,16 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"
     return jnp.concatenate(parts)
 
 
-FIRST_HYST = ".hyst_stretch"
-"""Ends the names of what is sampled of HYST's strain at runs' first rows."""
-
-
-def room_of(values: Values, data: Data) -> Float[Array, " run"]:
-    """How much longer than shut HYST begins each run that has it, by regimes' names; 0 is a wall."""
-    rooms = [
-        first_hyst(values[name], data.tension, values) - STRAIN_EPSILON
-        for name in sorted(values)
-        if name.endswith(FIRST_HYST)
-    ]
-    return jnp.concatenate([jnp.zeros(0), *rooms])
-
-
-def first_hyst_entries(shapes: Sequence[tuple[str, tuple[int, ...]]]) -> Int[np.ndarray, " run"]:
-    """Entries of a vector of these quantities that are HYST's first strains, as `room_of` has them."""
-    found, position = {}, 0
-    for name, shape in shapes:
-        size = int(np.prod(shape))
-        if name.endswith(FIRST_HYST):
-            found[name] = np.arange(position, position + size)
-        position += size
-    return np.concatenate([np.zeros(0, int), *(found[name] for name in sorted(found))])
-
-
-def is_possible(values: Values, data: Data) -> Bool[Array, ""]:
-    """Whether HYST begins no run shorter than shut."""
-    return jnp.all(room_of(values, data) >= 0.0)
+def entries_named(
+    ending: str, shapes: Sequence[tuple[str, tuple[int, ...]]]
+) -> Int[np.ndarray, " entry"]:
+    """Entries of a vector of these quantities whose names end so."""
+    names = np.repeat([name for name, _ in shapes], [int(np.prod(shape)) for _, shape in shapes])
+    return np.flatnonzero(np.char.endswith(names.astype(str), ending))
 
 
 def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:
-    """Log prior density of each entry of the unconstrained vector, all taken for possible.
+    """Log prior density of each entry of the unconstrained vector.
 
     Those of one family together: what is evaluated one by one is compiled one by one.
     """
@@ -198,9 +144,8 @@ def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) ->
 
 
 def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
-    """Log prior density of the unconstrained vector; -inf where impossible."""
-    total = jnp.sum(log_prior_entries(vector, layout, data))
-    return jnp.where(is_possible(constrain(vector, layout, data), data), total, -jnp.inf)
+    """Log prior density of the unconstrained vector."""
+    return jnp.sum(log_prior_entries(vector, layout, data))
 
 
 def _total(fits: list[LaneFit]) -> Float[Array, ""]:

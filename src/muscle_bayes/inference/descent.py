@@ -8,14 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.damped_steps import (
-    LONGEST_MOVE,
-    Walls,
-    between_walls,
-    damped_move,
-    log_share,
-)
-from muscle_bayes.inference.density import LOG_2PI
+from muscle_bayes.inference.damped_steps import LONGEST_MOVE, damped_move
+from muscle_bayes.inference.discrepancy import LOG_2PI
 from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Choice, Nested
 from muscle_bayes.inference.nested_programs import (
@@ -23,7 +17,6 @@ from muscle_bayes.inference.nested_programs import (
     Slope,
     explained_at,
     slope_at,
-    walls_at,
 )
 
 MAX_STEPS = 40
@@ -48,7 +41,6 @@ class Fitted:
     """Negative log posterior density; inf where its derivatives are not finite."""
     found: Explained
     slope: Slope
-    walls: Walls
     used: int
     """Entries of the point that mean something; the rest are empty slots."""
     damping: float
@@ -86,9 +78,7 @@ class Fitted:
         if not self.slope.finite:
             return -np.inf
         volume = 0.5 * self.used * LOG_2PI - 0.5 * self.precision.log_determinant
-        gradient = np.asarray(self.slope.gradient)[: self.used]
-        share = log_share(self.precision, gradient, self.walls.of(np.arange(self.used)))
-        return -self.potential + volume + share
+        return -self.potential + volume
 
     @property
     def occam(self) -> float:
@@ -120,13 +110,11 @@ def descend(
     No step leads to a point whose derivatives are not finite, nor from such a start.
     """
     choice = nested.choice(effects)
-    point, walls = _between_walls(nested, choice, np.asarray(start, float))
+    point = np.asarray(start, float)
     found, slope = _seen(nested, choice, point), _slope(nested, choice, point)
     used = nested.shared + len(nested.slots_of(effects))
     potential = float(found.potential) if slope.finite else np.inf
-    fitted = Fitted(
-        tuple(effects), choice, point, potential, found, slope, walls, used, FIRST_DAMPING
-    )
+    fitted = Fitted(tuple(effects), choice, point, potential, found, slope, used, FIRST_DAMPING)
     return go_on(nested, fitted, limit, held)
 
 
@@ -144,8 +132,8 @@ def go_on(
         move = np.zeros(fitted.point.size)
         gradient = np.asarray(fitted.slope.gradient)[free]
         part = information[np.ix_(free, free)]
-        move[free] = damped_move(part, gradient, fitted.damping, fitted.walls.of(free))
-        point, walls = _between_walls(nested, choice, fitted.point + move)
+        move[free] = damped_move(part, gradient, fitted.damping)
+        point = fitted.point + move
         found = _seen(nested, choice, point)
         gain = fitted.potential - float(found.potential)
         if gain > 0.0 and (slope := _slope(nested, choice, point)).finite:
@@ -156,7 +144,6 @@ def go_on(
                 potential=float(found.potential),
                 found=found,
                 slope=slope,
-                walls=walls,
                 damping=max(0.2 * fitted.damping, 1e-9),
             )
             # A step that was cut short gains little far from the end as well.
@@ -175,12 +162,3 @@ def _seen(nested: Nested, choice: Choice, point: np.ndarray) -> Explained:
 
 def _slope(nested: Nested, choice: Choice, point: np.ndarray) -> Slope:
     return slope_at(jnp.asarray(point), choice, nested.layout, nested.data)
-
-
-def _between_walls(
-    nested: Nested, choice: Choice, point: np.ndarray
-) -> tuple[Float[np.ndarray, " n"], Walls]:
-    def walled(point: np.ndarray) -> Walls:
-        return walls_at(jnp.asarray(point), choice, nested.layout, nested.data)
-
-    return between_walls(point, walled, nested.first_hyst_entries())

@@ -2,15 +2,14 @@
 
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from time import perf_counter
 from typing import NamedTuple
 
 import jax
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Float
+from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
@@ -23,13 +22,12 @@ from muscle_bayes.inference.optimise import STARTS, find_mode
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.preparation import Preparation, prepare
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.sampler import Draws, Effort, draw
 
-QUICK = Effort(warmup=120, draws=160, rounds=40, min_ess=200)
+QUICK = Effort(warmup=50, draws=100, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 MOST_INFORMATION = 1.0 / np.finfo(float).eps
@@ -79,7 +77,7 @@ class Sampled(NamedTuple):
     """As it was solved: with pivots and, where it matters, with inertia."""
     draws: Draws
     seconds: dict[str, float]
-    """Wall time of each stage; compiling the sampler goes on while the mode is searched."""
+    """Wall time of each stage."""
 
 
 @double_precision
@@ -102,39 +100,20 @@ def sample(
         tried += 1
         report("searching", tried, max(tried, STARTS))
 
-    preparation = prepare(problem.layout, problem.data)
-    with ThreadPoolExecutor(1) as pool:
-        ready = pool.submit(_compiled, preparation)
-        mode = find_mode(keys[0], problem.layout, problem.data, searched, workers)
-        problem, mode = _improved(problem, mode)
-        report("searching", STARTS, STARTS)
-        found = perf_counter()
-        compiling = ready.result()
-    waited = perf_counter()
+    mode = find_mode(keys[0], problem.layout, problem.data, searched, workers)
+    problem, mode = _improved(problem, mode)
+    report("searching", STARTS, STARTS)
+    found = perf_counter()
     drawn = draw(
         keys[1],
         mode,
-        prepare(problem.layout, problem.data),
-        problem.layout,
-        problem.data,
+        problem,
         effort,
         workers=workers,
         report=lambda done, total: report("sampling", done, total),
     )
-    seconds = {
-        "searching": found - begun,
-        "compiling": compiling,
-        "waiting": waited - found,
-        "sampling": perf_counter() - waited,
-    }
+    seconds = {"searching": found - begun, "sampling": perf_counter() - found}
     return Sampled(problem, drawn, seconds)
-
-
-def _compiled(preparation: Preparation) -> float:
-    """Compile the sampler's kernel; returns the seconds it took."""
-    begun = perf_counter()
-    _ = preparation.guided
-    return perf_counter() - begun
 
 
 @double_precision

@@ -7,15 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move
-from muscle_bayes.inference.density import (
-    first_hyst_entries,
-    log_prior,
-    potential_errors_and_scales,
-)
+from muscle_bayes.inference.damped_steps import damped_move
+from muscle_bayes.inference.density import log_prior, potential_errors_and_scales
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
-from muscle_bayes.inference.programs import potential_at, walls_at
+from muscle_bayes.inference.programs import potential_at
 
 MAX_STEPS = 60
 LEAST_GAIN = 1e-3
@@ -60,13 +56,6 @@ class Descent(NamedTuple):
 
 def descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Descent:
     """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
-    entries = first_hyst_entries(layout.shapes)
-
-    def walled(vector: np.ndarray) -> Walls:
-        return walls_at(jnp.asarray(vector), layout, data)
-
-    inside, walls = between_walls(np.asarray(vector), walled, entries)
-    vector = jnp.asarray(inside)
     value, damping, step = potential_at(vector, layout, data), 1e-2, 0
     gradient, information = curvature(vector, layout, data)
     chosen = np.flatnonzero(free)
@@ -75,11 +64,11 @@ def descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: 
         part = np.asarray(information)[np.ix_(chosen, chosen)]
         move = np.zeros(vector.shape)
         slope = np.asarray(gradient)[chosen]
-        move[chosen] = damped_move(part, slope, damping, walls.of(chosen))
-        further, ahead = between_walls(np.asarray(vector) + move, walled, entries)
-        trial = potential_at(jnp.asarray(further), layout, data)
+        move[chosen] = damped_move(part, slope, damping)
+        further = vector + move
+        trial = potential_at(further, layout, data)
         if trial < value:
-            gain, vector, walls, value = value - trial, jnp.asarray(further), ahead, trial
+            gain, vector, value = value - trial, further, trial
             damping = max(damping * 0.2, 1e-9)
             if gain < LEAST_GAIN:
                 break

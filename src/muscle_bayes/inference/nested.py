@@ -12,8 +12,7 @@ from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.density import (
     constrain,
-    first_hyst_entries,
-    is_possible,
+    entries_named,
     log_prior_entries,
 )
 from muscle_bayes.inference.lane_model import Physical, Values
@@ -115,10 +114,10 @@ class Nested:
         transform = biject_to(self.data.priors[name].support)
         return np.asarray(transform.inv(jnp.asarray(value)))
 
-    def first_hyst_entries(self) -> Int[np.ndarray, " run"]:
-        """Entries of a point that are HYST's first strains, as `room_of` has them."""
+    def entries_named(self, ending: str) -> Int[np.ndarray, " entry"]:
+        """Entries of a point that all candidates share and whose names end so."""
         shapes = zip(self.layout.shapes, _of_effects(self.layout), strict=True)
-        return first_hyst_entries([one for one, of_effect in shapes if not of_effect])
+        return entries_named(ending, [one for one, of_effect in shapes if not of_effect])
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""
@@ -225,10 +224,9 @@ def _acting(choice: Choice, layout: Layout) -> Float[Array, " full"]:
 def log_prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Float[Array, ""]:
-    """Log prior density of a point, of shared entries and used slots; -inf where impossible."""
+    """Log prior density of a point, of shared entries and used slots."""
     full = _full(point, choice, layout)
     total = jnp.sum(_acting(choice, layout) * log_prior_entries(full, layout, data))
     unused = choice.slot >= full.size
     total -= 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))
-    possible = is_possible(constrain(full, layout, data), data)
-    return jnp.where(possible, total, -jnp.inf)
+    return total

@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.damped_steps import Walls
-from muscle_bayes.inference.density import LaneFit, explained, room_of
+from muscle_bayes.inference.density import LaneFit, explained
 from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.lane_model import (
     Inputs,
@@ -144,21 +143,6 @@ def explained_at(
 ) -> Explained:
     """How a point explains the readings."""
     return _explained(point, choice, layout, data)
-
-
-@Program
-def _room_at(
-    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
-) -> tuple[Array, Array]:
-    def room(point: Array) -> Array:
-        return room_of(values_at(point, choice, layout, data), data)
-
-    return room(point), jax.jacfwd(room)(point)
-
-
-def walls_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Walls:
-    """Where points near this one are possible."""
-    return Walls(*map(np.asarray, _room_at(point, choice, layout, data)))
 
 
 class Slope(NamedTuple):

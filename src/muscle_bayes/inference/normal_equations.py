@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.density import noise_of
 from muscle_bayes.inference.lane_model import LanePrediction, Values, zeros_of
+from muscle_bayes.inference.likelihood import noise_of
 from muscle_bayes.inference.noise import (
     NoiseParameters,
     elapsed_time,

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle

@@ -8,13 +8,15 @@ from jaxtyping import Array, Float, Int
 from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.blocks import WALLED, blocks
-from muscle_bayes.inference.density import first_hyst_entries
+from muscle_bayes.inference.density import entries_named
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import predictions_at
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Prior probabilities below the values that a minimum force is given."""
+FIRST_FORCE = ".hyst_force"
+"""Ends the names of what is sampled of HYST at runs' first rows."""
 SEEN = 0.01
 """Least change of a predicted reading, in the noise expected of one, for another shape."""
 SEEN_LATER = 1.0
@@ -41,7 +43,7 @@ def force_levels(layout: Layout, data: Data) -> dict[str, Float[np.ndarray, " le
 def first_hyst_levels(
     point: Float[np.ndarray, " n"], entries: Int[np.ndarray, " run"]
 ) -> dict[int, Float[np.ndarray, " level"]]:
-    """HYST's first strain of each run as it is in the median run, of two as in the other one."""
+    """HYST's first force of each run as it is in the median run, of two as in the other one."""
     if not entries.size:
         return {}
     begun = point[entries]
@@ -103,7 +105,7 @@ def with_other_basins(
     entries = map(int, blocks(layout).walled)
     forces = dict(zip(entries, force_levels(layout, data).values(), strict=True))
     point = np.asarray(vector)
-    begun = first_hyst_levels(point, first_hyst_entries(layout.shapes))
+    begun = first_hyst_levels(point, entries_named(FIRST_FORCE, layout.shapes))
     return [
         *moved_entries(point, forces, readings, SEEN),
         *moved_entries(point, begun, readings, SEEN_LATER),

@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.density import noise_of
 from muscle_bayes.inference.lane_model import Values
+from muscle_bayes.inference.likelihood import noise_of
 from muscle_bayes.inference.noise import elapsed_time, reading_variance, whiten
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.programs import constrained_at, predictions_at

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.inference.batches import of_draws
-from muscle_bayes.inference.density import NoiseParameters, noise_of
-from muscle_bayes.inference.noise import elapsed_time, reading_variance
+from muscle_bayes.inference.likelihood import noise_of
+from muscle_bayes.inference.noise import NoiseParameters, elapsed_time, reading_variance
 from muscle_bayes.inference.problem import Lanes, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import solved_at, unconstrained

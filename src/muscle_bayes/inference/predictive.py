@@ -18,7 +18,7 @@ from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
-from muscle_bayes.inference.prior import resting_hyst, strain_under
+from muscle_bayes.inference.prior import strain_under
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import (
@@ -90,13 +90,10 @@ def _predict_part(
         return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
         if shape:
-            regime, own = name.split(".")
+            regime = name.partition(".")[0]
             there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
             chosen = [there.index(run) for run in problem.site_runs[regime]]
             values[name] = thinned[name][:, jnp.asarray(chosen)]
-            if own == "hyst_stretch":
-                told = resting_hyst(posterior.tree.attrs["tension"], thinned)
-                values[name] += (told - resting_hyst(problem.data.tension, values))[:, None]
     kept = json.loads(posterior.tree.attrs["reduction"])
     heavy = [run for run, error in kept.items() if not ReductionError(**error).tolerable]
     middle = _middle(problem, values)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
@@ -23,8 +23,8 @@ COLD, HOT = 25.0, 90.0
 
 EXACT = 1e-3
 """Spread of an exact zero that is not 0, or stands beside others, as a share of the readings' noise."""
-HYST_STRETCH = 0.1
-"""Prior standard deviation of HYST's strain at the first row about its rest."""
+FIRST_FORCE_SPREAD = 0.7
+"""Prior standard deviation of the log of HYST's force at the first row, about the typical tension."""
 
 MUSCLE_PARAMETERS = MuscleParameters.__annotations__
 
@@ -143,15 +143,13 @@ def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
     return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
 
 
-def first_hyst(
-    stretch: Array, tension: Array | float, values: Mapping[str, Array]
-) -> Float[Array, " run"]:
-    """sigma_hyst at each run's first row, `stretch` above its rest under `tension` [N].
+def first_hyst(force: Array, values: Mapping[str, Array]) -> Float[Array, " run"]:
+    """sigma_hyst at each run's first row, where HYST's spring pulls with `force` [N].
 
-    HYST cannot begin shorter than shut: values with which any of these is below STRAIN_EPSILON, the
-    strain over which coils part, are impossible.
+    A force and not a strain is sampled: it is positive, it is the tension where the muscle has long
+    hung, and it stays the same when another minimum force shifts the strain.
     """
-    return resting_hyst(tension, values) + stretch
+    return resting_hyst(force, values)
 
 
 def mean_first_strain(runs: Sequence[Run]) -> float:
@@ -200,7 +198,11 @@ def noise_sites(runs: Sequence[Run], regime: str, typical_time: float) -> dict[s
 def run_sites(
     runs: Sequence[Run], records: Sequence[Record], regime: str, size: Scales
 ) -> dict[str, Site]:
-    """Unknowns of each run: zero of the sensor, first reading, first speed, first HYST."""
+    """Unknowns of each run: zero of the sensor, first reading and speed if inertial, first HYST.
+
+    A rotor in slow motion begins at its first readings, moved into its dead band: what that is off by
+    is discrepancy.
+    """
     names = [run.name for run in runs]
     quantum = np.array([run.sensor.resolution for run in runs])
     level = np.array([reading_noise(run) for run in runs])
@@ -210,9 +212,10 @@ def run_sites(
     if uncertain.any() or nominal.any():  # else all readings are of q itself
         spread = np.maximum(uncertain, EXACT * level)
         sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
-    first = np.array([record.start_reading for record in records])
-    spread = np.sqrt(level**2 + quantum**2 / 12.0)
-    sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
+    if regime == "fast":
+        first = np.array([record.start_reading for record in records])
+        spread = np.sqrt(level**2 + quantum**2 / 12.0)
+        sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
     if regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
         slope = np.array([record.start_speed for record in records])
         loose = np.abs(slope) + 10.0 * spread
@@ -220,9 +223,9 @@ def run_sites(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
     if any(has_muscle(run) for run in runs):
-        sites["hyst_stretch"] = Site(
-            dist.Normal(jnp.zeros(len(names)), HYST_STRETCH),
-            "1",
-            "sigma_hyst at the first row, above its rest under typical tension",
+        sites["hyst_force"] = Site(
+            dist.LogNormal(jnp.full(len(names), np.log(size.tension)), FIRST_FORCE_SPREAD),
+            "N",
+            "force of HYST's spring at the first row",
         )
     return sites

@@ -1,4 +1,4 @@
-"""Draws of the prior, impossible ones left out."""
+"""Draws of the prior."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,13 +6,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
-from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.density import is_possible
 from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.standardised_normal import StandardisedNormal
 
 SAMPLERS: dict[type[dist.Distribution], Callable[..., np.ndarray]] = {
@@ -26,15 +23,12 @@ SAMPLERS: dict[type[dist.Distribution], Callable[..., np.ndarray]] = {
     ),
 }
 """Of the distributions in use, by NumPy's generator."""
-BATCH = 500
-ATTEMPTS = 100
-"""Batches after which a prior is taken for impossible."""
 
 
 def sample_prior(
     key: Array, count: int, layout: Layout, data: Data
 ) -> dict[str, Float[np.ndarray, "draw ..."]]:
-    """`count` draws of all sampled values, possible or not.
+    """`count` draws of all sampled values.
 
     By NumPy: JAX would compile a random generator for each distribution and shape, which takes seconds.
     """
@@ -59,29 +53,8 @@ def _drawn(
     return sampler(rng, size, **{name: np.asarray(value) for name, value in parameters.items()})
 
 
-@Program
-def _possible(values: dict[str, Array], layout: Layout, data: Data) -> Bool[Array, " draw"]:
-    return jax.vmap(lambda one: is_possible(one, data))(values)
-
-
 def prior_draws(key: Array, count: int, layout: Layout, data: Data) -> dict[str, Array]:
-    """`count` draws of all sampled values, a leading axis of each.
-
-    Raises MuscleBayesError where the prior holds hardly anything that is possible.
-    """
-    found: list[dict[str, np.ndarray]] = []
-    missing = count
-    for attempt in range(ATTEMPTS):
-        values = sample_prior(jax.random.fold_in(key, attempt), BATCH, layout, data)
-        chosen = np.flatnonzero(_possible(values, layout, data))[:missing]
-        found.append({name: value[chosen] for name, value in values.items()})
-        missing -= chosen.size
-        if not missing:
-            return {
-                name: jnp.asarray(np.concatenate([part[name] for part in found]))
-                for name in found[0]
-            }
-    raise MuscleBayesError(
-        "hardly any prior draw is possible for these runs; check the geometry in their metadata "
-        "(lengths in m, masses in kg, angles in rad)"
-    )
+    """`count` draws of all sampled values, a leading axis of each."""
+    return {
+        name: jnp.asarray(value) for name, value in sample_prior(key, count, layout, data).items()
+    }

@@ -6,8 +6,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Int
+from numpyro import distributions as dist
 
 type Family = tuple[type[dist.Distribution], tuple[str, ...]]
 """A distribution's class and the names of its parameters."""

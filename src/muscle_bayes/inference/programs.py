@@ -3,17 +3,13 @@
 from typing import NamedTuple
 
 import jax
-import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.damped_steps import Walls
 from muscle_bayes.inference.density import (
     LaneFit,
     constrain,
     explained,
-    first_hyst_entries,
     potential_given,
-    room_of,
     unconstrain,
 )
 from muscle_bayes.inference.lane_model import LanePrediction, predictions, responses, zeros_of
@@ -84,21 +80,6 @@ def fits_with(
 ) -> list[LaneFit]:
     """How predictions made at the vector explain the readings."""
     return explained(predicted, constrain(vector, layout, data), layout, data)
-
-
-@Program
-def _room_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> tuple[Array, Array]:
-    def room(vector: Array) -> Array:
-        return room_of(constrain(vector, layout, data), data)
-
-    return room(vector), jax.jacfwd(room)(vector)
-
-
-def walls_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Walls:
-    """Where vectors near this one are possible."""
-    if not first_hyst_entries(layout.shapes).size:
-        return Walls(np.zeros(0), np.zeros((0, vector.size)))
-    return Walls(*map(np.asarray, _room_at(vector, layout, data)))
 
 
 def potential_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> float:

@@ -28,6 +28,8 @@ JOLT, POUR = 2.0, 10.0
 each other jumps are parts of one change [s]."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
+FIRST_SECONDS = 1.0
+"""Readings of a slow run whose mean is where its rotor begins, s."""
 CURVATURE_SPAN = 0.5
 """Instants this far apart tell how temperature bends, s."""
 FAST_BIN = 1 / 60
@@ -58,7 +60,7 @@ class Record(NamedTuple):
     jolted: Float[Array, " interval"]
     """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
     start_reading: float
-    """First reading of the record [the log's unit]."""
+    """First reading of the record, of slow runs the mean of the first ones [the log's unit]."""
     start_speed: float
     """Slope of the first readings [log's unit per s]."""
 
@@ -205,8 +207,8 @@ def slow_record(run: Run) -> Record:
     mean = _centred(mean_time, mean, weight, coarse, middles)
     jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
     schedule = Schedule(nodes, temperature, load, applied, slowing)
-    first, slope = _start(run)
-    return Record(schedule, middles, mean, weight, coarse, jolted, first, slope)
+    begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
+    return Record(schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0)
 
 
 def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:

@@ -1,9 +1,8 @@
-"""Draws from a posterior: chains that share what warm-up taught, sampled until they agree."""
+"""Draws from a posterior by NumPyro's kernels, in rounds until the chains agree."""
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from threading import Lock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import arviz as az
@@ -11,38 +10,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpyro.distributions import biject_to
+from numpyro.infer import Gibbs
+from numpyro.infer.gibbs import GibbsState
 
-from muscle_bayes.inference.guided_kernel import GuidedState
-from muscle_bayes.inference.kernel import (
-    CHUNK,
-    Kernel,
-    Transition,
-    adapted_step,
-    readapting,
-)
+from muscle_bayes.inference.calibration_model import CalibrationModel
+from muscle_bayes.inference.factored import FactoredPrecision
+from muscle_bayes.inference.gibbs_blocks import Slices, blocks_of, gibbs_kernel
 from muscle_bayes.inference.mode import Mode
-from muscle_bayes.inference.preparation import Preparation
-from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.programs import predictions_at
-from muscle_bayes.inference.surrogate import first_surrogate, learned_surrogate
-from muscle_bayes.inference.whitening import Whitening
-from muscle_bayes.inference.whitening_at_mode import whitening
-from muscle_bayes.inference.whitening_of_draws import rewhiten
+from muscle_bayes.inference.problem import Data, Layout, Problem
+from muscle_bayes.inference.programs import constrained_at
+from muscle_bayes.inference.side_by_side import side_by_side
 
 MAX_RHAT = 1.01
 RHAT_MARGIN = 5e-4
 """What R-hat of the sampled quantities may exceed that of the unconstrained vector by: its folded part
 is not the same after a transform."""
-STAGES = 3
-"""Of the warm-up."""
-ADAPTING = 0.0
-"""Stands for the leapfrog step that every chain adapts for itself."""
-SHORTER = 1.0, 0.5, 0.25, 0.125
-"""Shares of the adapted leapfrog step that are tried in turn while transitions diverge."""
-FAITHFUL = 0.1
-"""Mean acceptance of a warm-up's first stage below which the surrogate is given up. That of a muscle's
-is 0.5 to 0.75 there, also where dead bands have edges within the posterior. The model's own trajectories
-simulate twenty times as often, with derivatives."""
 
 
 @dataclass(frozen=True)
@@ -50,16 +33,19 @@ class Effort:
     """How long to sample."""
 
     chains: int = 4
-    warmup: int = 120
-    """Iterations of each chain that are not kept."""
+    warmup: int = 100
+    """Draws of each chain in which the step size is adapted; they are dropped."""
     draws: int = 200
     """Of each chain, before convergence is judged."""
-    rounds: int = 60
-    """Most rounds of draws; every one after the first makes a third as many."""
+    rounds: int = 40
+    """Most rounds of draws; every one after the first makes a half as many."""
     min_ess: int = 400
     """Bulk effective sample size that is wanted of every sampled quantity."""
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
+    slices: Slices = field(default_factory=Slices)
+    chunk: int = 25
+    """Draws between two reports of progress."""
 
 
 class Draws(NamedTuple):
@@ -73,6 +59,7 @@ class Draws(NamedTuple):
     acceptance: np.ndarray
     energy: np.ndarray
     log_density: np.ndarray
+    """Of the smooth block, the others given."""
 
 
 def agree(draws: Draws, effort: Effort) -> bool:
@@ -86,160 +73,162 @@ def agree(draws: Draws, effort: Effort) -> bool:
     return bool(agreed and ess.min() >= effort.min_ess)
 
 
-class _Chains:
-    """Chains that advance side by side."""
+class _Rows(NamedTuple):
+    """What one draw leaves; `values` as the blocks hold them."""
 
-    def __init__(
-        self,
-        keys: Sequence[Array],
-        white: Whitening,
-        kernel: Kernel,
-        data: Data,
-        pool: ThreadPoolExecutor,
-        report: Callable[[int], None],
-    ) -> None:
-        self._white, self._kernel, self._data = white, kernel, data
-        self._pool, self._report = pool, report
-        self._states = list(pool.map(self._begin, keys))
-
-    def _begin(self, key: Array) -> Any:
-        # Worker threads do not inherit the caller's precision.
-        with jax.enable_x64(True):
-            return self._kernel.start(key, self._white, self._data)
-
-    def _advance(self, state: Any, step: float, count: int) -> tuple[Any, Draws]:
-        kept = []
-        with jax.enable_x64(True):
-            while count:
-                size = min(CHUNK, count)
-                state, rows = self._advanced(state, jnp.asarray(step), jnp.asarray(size))
-                kept.append(tuple(part[:size] for part in jax.device_get(rows)))
-                count -= size
-                self._report(size)
-        return state, Draws(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
-
-    def _advanced(self, state: Any, step: Array, count: Array) -> tuple[Any, Transition]:
-        return self._kernel.advance(state, self._white, self._data, step, count)
-
-    def advance(self, step: float, count: int) -> Draws:
-        """What every chain draws in `count` iterations."""
-        results = self._pool.map(lambda state: self._advance(state, step, count), self._states)
-        states, drawn = zip(*results, strict=True)
-        self._states = list(states)
-        return Draws(*(np.stack(parts) for parts in zip(*drawn, strict=True)))
-
-    def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
-        """Whiten by what the chains have drawn up to now."""
-        self._white, last = rewhiten(self._white, vectors, layout, self._data)
-        self._states = [self._restarted(*one) for one in zip(self._states, last, strict=True)]
-
-    def _restarted(self, state: Any, z: Float[np.ndarray, " smooth"]) -> Any:
-        """The chain at whitened coordinates `z`, to adapt its step anew."""
-        return state._replace(
-            z=jnp.asarray(z),
-            fresh=jnp.asarray(False),
-            adaptation=readapting(state.adaptation),
-        )
-
-    @property
-    def adapted_step(self) -> float:
-        """The geometric mean of the steps to which the chains have adapted."""
-        steps = [adapted_step(state.adaptation) for state in self._states]
-        return float(np.exp(np.mean(np.log(steps))))
+    values: dict[str, Array]
+    diverging: Array
+    steps: Array
+    acceptance: Array
+    energy: Array
+    potential: Array
 
 
-class _GuidedChains(_Chains):
-    """Chains whose trajectories follow a surrogate."""
+@partial(jax.jit, static_argnums=(0, 1))
+def _advance(kernel: Gibbs, count: int, state: GibbsState, data: Data) -> tuple[GibbsState, _Rows]:
+    """`count` draws of one chain.
 
-    def __init__(self, key: Array, layout: Layout, white: Whitening, data: Data, **others: Any):
-        self._layout, self._key = layout, key
-        self._surrogate = first_surrogate(key, white, layout, data)
-        super().__init__(white=white, data=data, **others)
+    As `numpyro.infer.MCMC` makes them, which compiles its loop anew at every call: rounds until the
+    chains agree, and many data sets of the same shapes, ask for one that is compiled once.
+    """
 
-    def _begin(self, key: Array) -> GuidedState:
-        with jax.enable_x64(True):
-            state = self._kernel.start(key, self._white, self._data)
-            return state._replace(predicted=predictions_at(state.vector, self._layout, self._data))
+    def step(state: GibbsState, _: None) -> tuple[GibbsState, _Rows]:
+        state = kernel.sample(state, (data,), {})
+        nuts = state.block_states[1]
+        rows = nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy, nuts.potential_energy
+        return state, _Rows(state.z, *rows)
 
-    def _advanced(
-        self, state: GuidedState, step: Array, count: Array
-    ) -> tuple[GuidedState, Transition]:
-        return self._kernel.advance(state, self._white, self._surrogate, self._data, step, count)
+    return jax.lax.scan(step, state, None, length=count)
 
-    def _restarted(self, state: GuidedState, _: Float[np.ndarray, " smooth"]) -> GuidedState:
-        """The chain where it is, to adapt its step anew."""
-        return state._replace(adaptation=readapting(state.adaptation))
 
-    def rewhiten(self, vectors: Float[np.ndarray, "chain draw n"], layout: Layout) -> None:
-        super().rewhiten(vectors, layout)
-        pooled = vectors.reshape(-1, vectors.shape[-1])
-        self._surrogate = learned_surrogate(self._key, pooled, self._white, layout, self._data)
+_KERNELS: dict[Any, Gibbs] = {}
+
+
+def _kernel(problem: Problem, effort: Effort) -> Gibbs:
+    """Made once for all problems that share compiled code."""
+    names = tuple(run.name for run in problem.runs)
+    structure = jax.tree.structure(problem.data)
+    key = problem.layout, problem.lane_runs, names, structure, effort.warmup, effort.slices
+    if key not in _KERNELS:
+        _KERNELS[key] = gibbs_kernel(CalibrationModel(problem), effort.slices)
+    return _KERNELS[key]
+
+
+def _begin(
+    key: Array, kernel: Gibbs, mode: Mode, problem: Problem, effort: Effort
+) -> list[GibbsState]:
+    """First states of all chains: about the mode, as wide as its Fisher information."""
+    layout, data = problem.layout, problem.data
+    smooth, noise = _entries(layout)
+    vector, information = np.asarray(mode.vector), np.asarray(mode.information)
+    covariance = FactoredPrecision(information[np.ix_(smooth, smooth)]).inverse()
+    whole = FactoredPrecision(information)
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+    blocks = blocks_of([name for name, _ in layout.shapes])
+    states = []
+    for key_chain in jax.random.split(key, effort.chains):
+        away = whole.spread(rng.standard_normal(vector.size))
+        place = vector.copy()
+        place[smooth] += away[smooth]
+        place[noise] += np.clip(away[noise], -1.0, 1.0)
+        values = constrained_at(jnp.asarray(place), layout, data)
+        free = {
+            name: biject_to(data.priors[name].support).inv(values[name]) for name in blocks.smooth
+        }
+        # The first sweep computes the density: none is needed here, and none is compiled.
+        state = kernel.init(key_chain, effort.warmup, values | free, (data,), {"predict": False})
+        states.append(_with_covariance(state, blocks.smooth, covariance))
+    # On a device, as later states are: compiled code then serves the first one too.
+    return jax.device_put(states, jax.devices()[0])
+
+
+def _with_covariance(
+    state: GibbsState, names: tuple[str, ...], covariance: Float[np.ndarray, "n n"]
+) -> GibbsState:
+    """The state with a NUTS block of this inverse mass matrix."""
+    sliced, nuts = state.block_states
+    root = np.linalg.cholesky(np.linalg.inv(covariance))
+    adapted = nuts.adapt_state._replace(
+        inverse_mass_matrix={names: jnp.asarray(covariance)},
+        mass_matrix_sqrt={names: jnp.asarray(root)},
+        mass_matrix_sqrt_inv={names: jnp.asarray(np.linalg.inv(root))},
+    )
+    return state._replace(block_states=(sliced, nuts._replace(adapt_state=adapted)))
+
+
+def _entries(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Entries of the unconstrained vector in the smooth block, and among the noise parameters."""
+    blocks = blocks_of([name for name, _ in layout.shapes])
+    names = np.repeat(
+        [name for name, _ in layout.shapes], [int(np.prod(shape)) for _, shape in layout.shapes]
+    )
+    return np.flatnonzero(np.isin(names, blocks.smooth)), np.flatnonzero(
+        np.isin(names, blocks.noise)
+    )
 
 
 def draw(
     key: Array,
     mode: Mode,
-    preparation: Preparation,
-    layout: Layout,
-    data: Data,
+    problem: Problem,
     effort: Effort,
     *,
     workers: int = 2,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Draws:
-    """Draws of several chains, each from its own dispersed start.
+    """Draws of several chains, each from its own dispersed start, in rounds until they agree.
 
-    Between the stages of warm-up the whitening is renewed by what all chains have seen. Each adapts
-    its leapfrog step; after warm-up all take the geometric mean of these. Draws are made in rounds
-    until the chains agree. Should transitions diverge, the draws are dropped and made again with
-    shorter steps; those of the shortest are returned as they are. `preparation` is that of the layout
-    and the data. `report(done, total)` is told of every CHUNK of iterations that a chain has done.
+    Args:
+        key: random key.
+        mode: a maximum of the posterior density; its Fisher information is the mass matrix.
+        problem: whose posterior is sampled.
+        effort: how long.
+        workers: chains that advance side by side.
+        report: is told how many draws of each chain are done, and how many are planned.
     """
-    white = whitening(mode, layout, data)
-    stage = effort.warmup // STAGES
-    done, total = 0, effort.chains * (STAGES * stage + effort.draws)
+    kernel = _kernel(problem, effort)
+    states = _begin(key, kernel, mode, problem, effort)
+    done, total = 0, effort.warmup + effort.draws
 
-    counting = Lock()  # chains count in threads of their own
+    def advance(count: int) -> list[list[_Rows]]:
+        """What each chain draws, chunk after chunk."""
+        nonlocal done, states
+        chunks = []
+        for _ in range(-(-count // effort.chunk)):
 
-    def advanced(count: int) -> None:
-        nonlocal done
-        with counting:
-            done += count
-            report(done, total)
+            def one(state: GibbsState) -> tuple[GibbsState, _Rows]:
+                state, rows = _advance(kernel, effort.chunk, state, problem.data)
+                return state, jax.device_get(rows)
 
-    with ThreadPoolExecutor(workers) as pool:
-        keys = [jax.random.fold_in(key, index) for index in range(effort.chains)]
-        chains: _Chains = _GuidedChains(
-            jax.random.fold_in(key, effort.chains),
-            layout,
-            white,
-            data,
-            keys=keys,
-            kernel=preparation.guided,
-            pool=pool,
-            report=advanced,
-        )
-        for number in range(STAGES - 1):
-            early = chains.advance(ADAPTING, stage)
-            if number == 0 and early.acceptance[:, stage // 2 :].mean() < FAITHFUL:
-                total += effort.chains * stage
-                chains = _Chains(keys, white, preparation.kernel, data, pool, advanced)
-                early = chains.advance(ADAPTING, stage)
-            chains.rewhiten(early.vector[:, stage // 2 :], layout)
-        for share in SHORTER:
-            chains.advance(ADAPTING, stage)
-            step, rounds = share * chains.adapted_step, []
-            count = effort.draws
-            while True:
-                rounds.append(chains.advance(step, count))
-                draws = Draws(*(np.concatenate(p, axis=1) for p in zip(*rounds, strict=True)))
-                diverged = draws.diverging.any() and share != SHORTER[-1]
-                if diverged or len(rounds) == effort.rounds or agree(draws, effort):
-                    break
-                count = max(effort.draws // 3, 1)
-                total += effort.chains * count
-            if not diverged:
-                break
-            total += effort.chains * (stage + effort.draws)
-            chains.rewhiten(draws.vector, layout)
-    return draws
+            # The first chain compiles what the others share.
+            alone = [one(states[0])] if done == 0 else []
+            results = [*alone, *side_by_side(one, states[len(alone) :], workers)]
+            states = [state for state, _ in results]
+            chunks.append([rows for _, rows in results])
+            done += effort.chunk
+            report(done, max(total, done))
+        return chunks
+
+    advance(effort.warmup)
+    chunks = advance(effort.draws)
+    for _ in range(effort.rounds):
+        draws = _joined(chunks, problem)
+        if agree(draws, effort):
+            break
+        total = done + effort.draws // 2
+        chunks += advance(effort.draws // 2)
+    return _joined(chunks, problem)
+
+
+def _joined(chunks: list[list[_Rows]], problem: Problem) -> Draws:
+    chains = [jax.tree.map(lambda *x: np.concatenate(x), *own) for own in zip(*chunks, strict=True)]
+    whole = jax.tree.map(lambda *x: np.stack(x), *chains)
+    smooth = blocks_of([name for name, _ in problem.layout.shapes]).smooth
+    columns = []
+    for name, _ in problem.layout.shapes:
+        value = whole.values[name]
+        if name not in smooth:  # positive, and held as it is
+            value = np.log(value)
+        columns.append(value.reshape(*value.shape[:2], -1))
+    vector = np.concatenate(columns, axis=2)
+    return Draws(vector, *whole[1:-1], log_density=-whole.potential)

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from muscle_bayes.inference.damped_steps import Walls, between_walls, damped_move
+from muscle_bayes.inference.damped_steps import damped_move
 from muscle_bayes.inference.descent import Fitted
 from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, slope_at, walls_at
+from muscle_bayes.inference.nested_programs import explained_at, slope_at
 
 ROUNDS = 8
 """Steps at most."""
@@ -125,22 +125,15 @@ def _step(nested: Nested, fitted: Fitted) -> Fitted | None:
     """The first of ever more damped steps that descends; None if none does."""
     layout, data = nested.layout, nested.data
     gradient = np.asarray(fitted.slope.gradient)[: fitted.used]
-    walls = fitted.walls.of(np.arange(fitted.used))
-
-    def walled(point: np.ndarray) -> Walls:
-        return walls_at(jnp.asarray(point), fitted.choice, layout, data)
 
     for damping in DAMPINGS:
         point = fitted.point.copy()
-        point[: fitted.used] += damped_move(fitted.information, gradient, damping, walls)
-        point, ahead = between_walls(point, walled, nested.first_hyst_entries())
+        point[: fitted.used] += damped_move(fitted.information, gradient, damping)
         found = explained_at(jnp.asarray(point), fitted.choice, layout, data)
         value = float(found.potential)
         if value < fitted.potential:
             slope = slope_at(jnp.asarray(point), fitted.choice, layout, data)
-            return replace(
-                fitted, point=point, potential=value, found=found, slope=slope, walls=ahead
-            )
+            return replace(fitted, point=point, potential=value, found=found, slope=slope)
     return None
 
 

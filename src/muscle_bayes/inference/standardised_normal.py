@@ -1,8 +1,8 @@
 """Normal priors of parameters in any unit, searched and sampled in units of their own width."""
 
 import jax.numpy as jnp
-import numpyro.distributions as dist
 from jax.typing import ArrayLike
+from numpyro import distributions as dist
 from numpyro.distributions import biject_to, constraints
 from numpyro.distributions.transforms import AffineTransform
 

@@ -7,22 +7,21 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
-from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON
 from muscle_bayes.inference.batches import in_batches
 from muscle_bayes.inference.density import lane_fits
-from muscle_bayes.inference.lane_model import physical_of, plant_of
+from muscle_bayes.inference.lane_model import physical_of, plant_of, zeros_of
 from muscle_bayes.inference.predict import Draws
-from muscle_bayes.inference.prior import resting_hyst
 from muscle_bayes.inference.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.springs import tensile_strain
+from muscle_bayes.physics.springs import tensile_spring, tensile_strain
 
 
 def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
@@ -55,29 +54,31 @@ def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
                 centre = jnp.exp(centre)
             result[name] = jnp.broadcast_to(centre, (count, *shape))
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
-        name = f"{regime}.hyst_stretch"
+        name = f"{regime}.hyst_force"
         if name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
-            rest = partial(_resting_stretch, problem=problem, lanes=lanes, regime=regime)
-            stretch = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
-            result[name] = result[name].at[:, lanes.run].set(stretch)
+            rest = partial(_resting_force, problem=problem, lanes=lanes, regime=regime)
+            force = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
+            result[name] = result[name].at[:, lanes.run].set(force)
     return result
 
 
-def _resting_stretch(values, *, problem: Problem, lanes: Lanes, regime: str):
-    """What every lane's sigma_hyst at the first row is above its rest under typical tension."""
+def _resting_force(values, *, problem: Problem, lanes: Lanes, regime: str):
+    """With what HYST's spring of every lane pulls at the first row if the rotor rests there [N]."""
     physical = physical_of(values, problem.layout, problem.data)
-    start = values[f"{regime}.start"]
-    zero = values.get(f"{regime}.zero", jnp.zeros_like(start))
+    zeros = zeros_of(values, lanes, regime, cut=False)
 
-    def one(lane: Lanes) -> Array:
+    def one(lane: Lanes, zero: Array) -> Array:
         plant = plant_of(lane.plant, physical, problem.layout)
-        q = lane.scale * (start[lane.run] - zero[lane.run])
+        q = lane.scale * (lane.start[0] - zero)
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
-        return _resting_hyst(plant, q, *drive) - resting_hyst(problem.data.tension, values)
+        hyst = jnp.maximum(_resting_hyst(plant, q, *drive), LEAST_SHARE * STRAIN_EPSILON)
+        return tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
 
-    return jax.vmap(one)(lanes)
+    return jax.vmap(one)(lanes, zeros)
 
 
+LEAST_SHARE = 0.1
+"""Least first strain of HYST, as a share of that over which its coils part."""
 SETTLING_SHARE = 0.3
 """Share of an unfitted run that tells its own unknowns; the rest is predicted. Of three cycles nearly
 one: from heating alone, zero and first stretch of HYST cannot be told apart."""

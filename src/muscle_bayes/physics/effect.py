@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from numpyro.distributions import Distribution
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.linkage import Scalar
 
@@ -68,7 +68,7 @@ class Parameter:
 
     unit: str
     off: float
-    prior: Callable[[Scales], Distribution]
+    prior: Callable[[Scales], dist.Distribution]
     meaning: str
 
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import Effect, Parameter, Port, Scales, Signals

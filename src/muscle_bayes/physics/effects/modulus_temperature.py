@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import jax.numpy as jnp
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Effect, Parameter, Port, Signals
 from muscle_bayes.physics.linkage import Scalar

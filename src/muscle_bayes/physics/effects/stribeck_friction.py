@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Effect, Parameter, Port, Signals
 from muscle_bayes.physics.linkage import Scalar

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Parameter, TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar

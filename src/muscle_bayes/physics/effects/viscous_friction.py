@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 
 from muscle_bayes.physics.effect import Effect, Parameter, Port, Signals
 from muscle_bayes.physics.linkage import Scalar
