@@ -33,8 +33,8 @@ class CalibrationModel:
     SVI, `log_density`, `render_model` and `az.from_numpyro` take it as any other model. Readings are
     those of the intervals into which a run is divided (`problem.records`), padded to a common length.
 
-    `predict=False` declares the unknowns alone. `data` replaces the runs' arrays by others of the same shapes: compiled code then serves many
-    data sets. Printed, it is a table of the priors.
+    `predict=False` declares the unknowns alone. `data` replaces the runs' arrays by others of the same
+    shapes: compiled code then serves many data sets. Printed, it is a table of the priors.
     """
 
     def __init__(self, problem: Problem) -> None:

@@ -145,7 +145,7 @@ def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[
 def gibbs_kernel(
     model: CalibrationModel,
     slices: Slices,
-    target_acceptance: float = 0.65,
+    target_acceptance: float = 0.75,
     max_tree_depth: int = 7,
 ) -> Gibbs:
     """NumPyro's kernel for a model: slices of minimum forces and noise, then NUTS over the rest.
