@@ -45,7 +45,7 @@ class Slices(NamedTuple):
     force_rounds: int = 1
     noise_widths: tuple[float, float, float] = (0.15, 1.0, 0.6)
     """First intervals of log total, log odds and log correlation time."""
-    noise_rounds: int = 2
+    noise_rounds: int = 4
 
 
 class SliceBlock(CustomGibbs):
