@@ -84,7 +84,7 @@ def test_goes_on_after_a_bad_run(runs, tmp_path):
     result = inspect(runs, "--out", tmp_path / "figures", "--json", facts)
     assert result.exit_code == 2
     assert "bad.toml" in result.stderr
-    assert "Mend" in result.stderr
+    assert "Fix" in result.stderr
     assert "Traceback" not in result.output
     assert (tmp_path / "figures" / "stairs.png").exists()
     assert json.loads(facts.read_text())["failed"][0]["path"].endswith("bad.csv")

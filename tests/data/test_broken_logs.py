@@ -278,7 +278,7 @@ def test_refused(read, kind):
     lines, toml, told = REFUSED[kind]
     with pytest.raises(RunError) as caught:
         read(lines, toml or TOML)
-    for words in ["stairs.csv", "Mend: ", *told]:
+    for words in ["stairs.csv", "Fix: ", *told]:
         assert words in str(caught.value)
 
 
@@ -295,7 +295,7 @@ def test_refused_bytes(read, content, told):
     with pytest.raises(RunError, match=r"stairs\.csv") as caught:
         read(content=content)
     assert told in str(caught.value)
-    assert "Mend: " in str(caught.value)
+    assert "Fix: " in str(caught.value)
 
 
 def test_power_loss_leaves_nul_bytes(read):

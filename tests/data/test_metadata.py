@@ -215,7 +215,7 @@ def test_refused(tmp_path, kind):
     path.write_text(toml)
     with pytest.raises(RunError) as caught:
         read_metadata(path)
-    for words in ["stairs.toml", "Mend: ", *told]:
+    for words in ["stairs.toml", "Fix: ", *told]:
         assert words in str(caught.value)
 
 
@@ -225,5 +225,5 @@ def test_not_utf8(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(RunError, match=r"absent\.toml.*missing.*Mend"):
+    with pytest.raises(RunError, match=r"absent\.toml.*missing.*Fix"):
         read_metadata(tmp_path / "absent.toml")

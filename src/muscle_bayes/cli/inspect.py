@@ -59,10 +59,10 @@ def _check_figure(figure: Path | None, out: Path | None, runs: int) -> None:
     if figure is None:
         return
     if figure.suffix != ".png":
-        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Mend: end the name in .png.")
+        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Fix: end the name in .png.")
     if out is not None or runs > 1:
         why = f"{runs} runs need a figure each" if runs > 1 else "given together with --out"
-        raise MuscleBayesError(f"--figure {figure}: {why}. Mend: give --out DIR alone.")
+        raise MuscleBayesError(f"--figure {figure}: {why}. Fix: give --out DIR alone.")
 
 
 def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
@@ -79,7 +79,7 @@ def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Mend: give another --figure or --out."
+            f"{target}: cannot be written: {reason}. Fix: give another --figure or --out."
         ) from None
     console.print(f"figure: {target}\n", soft_wrap=True, markup=False, highlight=False)
     return summary | {"figure": target}

@@ -27,4 +27,4 @@ class RunError(MuscleBayesError):
             place.append(f"column {column!r}")
         if key is not None:
             place.append(f"key {key}")
-        return cls(f"{', '.join(place)}: {problem.rstrip('.')}. Mend: {mend.rstrip('.')}.")
+        return cls(f"{', '.join(place)}: {problem.rstrip('.')}. Fix: {mend.rstrip('.')}.")

@@ -59,7 +59,7 @@ def find_runs(paths: Sequence[Path | str]) -> list[Path]:
             raise RunError.at(path, "no runs: the folder holds no CSV", "name a folder of runs")
         logs += [log.with_suffix(".csv") if log.suffix == ".toml" else log for log in found]
     if not logs:
-        raise RunError("No runs were named. Mend: name a run or a folder of runs.")
+        raise RunError("No runs were named. Fix: name a run or a folder of runs.")
     logs = list(dict.fromkeys(logs))  # NAME.csv and NAME.toml both named are one run
     seen: dict[str, Path] = {}
     for log in logs:

@@ -66,7 +66,7 @@ class Run:
         if len(table) < MIN_ROWS:
             raise RunError(
                 f"{self.name}: only {len(table)} rows lie before {time:g} s, "
-                f"at least {MIN_ROWS} are needed. Mend: choose a later time."
+                f"at least {MIN_ROWS} are needed. Fix: choose a later time."
             )
         return replace(self, table=table)
 
