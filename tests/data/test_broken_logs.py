@@ -114,9 +114,10 @@ def test_whole_last_row_without_line_end_is_kept(read):
     assert len(run.table) == ROWS
 
 
-def test_short_row_inside_is_a_blank_position(read):
+def test_short_row_is_dropped(read):
     run = read([*GOOD[:10], "100.27,30.0,40.0", *GOOD[11:]])
-    assert only(run) == ("bad cell", 1, 11)
+    assert only(run) == ("short row", 1, 11)
+    assert len(run.table) == ROWS - 1
 
 
 def test_long_row_is_dropped(read):

@@ -31,7 +31,7 @@ def log(rows=200):
     columns[HEADER[1]] = RNG.uniform(20, 150, rows)
     columns[HEADER[3]] = RNG.random(rows) < 0.5
     columns[HEADER[6]] = columns[HEADER[7]] = np.zeros(rows)
-    columns[HEADER[8]] = RNG.integers(0, 1024, rows)
+    columns[HEADER[8]] = RNG.integers(312, 712, rows)
     return pd.DataFrame(columns)
 
 
