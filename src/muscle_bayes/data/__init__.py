@@ -1,5 +1,6 @@
 """Runs: reading, repairing, writing."""
 
+from muscle_bayes.data.assumptions import Assumption, assumptions
 from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.elements import (
     ArmElement,
@@ -23,6 +24,7 @@ from muscle_bayes.data.writer import write_run
 __all__ = [
     "HEADER",
     "ArmElement",
+    "Assumption",
     "Columns",
     "Element",
     "Fixture",
@@ -40,6 +42,7 @@ __all__ = [
     "Sensor",
     "SpringElement",
     "Thermometer",
+    "assumptions",
     "find_runs",
     "read_metadata",
     "read_run",

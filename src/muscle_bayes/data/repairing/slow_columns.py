@@ -7,7 +7,7 @@ import numpy as np
 
 from muscle_bayes.data.repairing.faults import FAILURES, TEMPERATURE_FLOOR
 from muscle_bayes.data.repairing.jumps import find_jumps
-from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
+from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask, Repair
 
 _MOST_BLANK: Final = 0.4
 """Share of blank cells from which a column may be a slower sensor's."""
@@ -71,13 +71,19 @@ def fill_slow_columns(ledger: Ledger, blank: Mapping[str, Mask]) -> dict[str, Fl
             last = np.searchsorted(good, np.arange(own.size), side="right") - 1
             filled = values[good[np.maximum(last, 0)]]
             how = "last value held between its own readings"
-        ledger.note("slower sensor", mask, f"column {name!r} is blank in these rows: {how}")
+        _report(ledger, mask, f"column {name!r} is blank in {{rows}} rows: {how}")
         ledger.columns[key] = np.where(own, values, filled)
         times[key] = time[own]
     if "reading" in slower:
         mask = slower["reading"] & ~np.isfinite(ledger.columns["reading"])
         name = ledger.names["reading"]
-        what = "is blank in these rows, which hold other sensors' values: rows left out"
-        ledger.note("slower sensor", mask, f"column {name!r} {what}")
+        what = "is blank in {rows} rows, which hold other sensors' values: rows left out"
+        _report(ledger, mask, f"column {name!r} {what}")
         ledger.drop(mask)
     return times
+
+
+def _report(ledger: Ledger, blank: Mask, note: str) -> None:
+    """One entry a column: blank cells of a slower sensor are no faults."""
+    told = note.replace("{rows}", f"{int(blank.sum())} of {blank.size}")
+    ledger.repairs.append(Repair("slower sensor", 1, int(ledger.lines[blank][0]), told))
