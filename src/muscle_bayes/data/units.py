@@ -36,7 +36,15 @@ _KINDS: Final[dict[str, Kind]] = {
     "kilogram * meter ** 2 / second ** 2": "torque",
 }
 _ALIASES: Final[dict[Kind, dict[str, str]]] = {
-    "time": {"sec": "s", "secs": "s", "msec": "ms", "msecs": "ms", "usec": "us", "mins": "min"},
+    "time": {
+        "sec": "s",
+        "secs": "s",
+        "msec": "ms",
+        "msecs": "ms",
+        "usec": "us",
+        "mins": "min",
+        "sek": "s",
+    },
     "angle": {"°": "deg", "degs": "deg", "rev": "turn", "revs": "turn", "revolutions": "turn"},
     "angular velocity": {
         "°/s": "deg/s",
@@ -87,6 +95,8 @@ _COMMON: Final[dict[str, tuple[Kind, float, float]]] = {
     "N*m": ("torque", 1.0, 0.0),
 }
 """Known without pint, whose import takes a third of a second."""
+_AMBIGUOUS: Final = ("grad", "c")
+"""Degrees in German and gradians elsewhere; the speed of light to pint: never a column's unit."""
 _PLAIN: Final = re.compile(r"[A-Za-z°%_/*^ .0-9()-]{1,40}")
 _LONG_NUMBER: Final = re.compile(r"\d\d|\*\*.*\*\*|\^.*\^")
 
@@ -151,6 +161,8 @@ def unit_of(text: str, kinds: tuple[Kind, ...]) -> Unit | None:
         alias = _ALIASES.get(kind, {})
         if (known := alias.get(clean.lower())) is not None:
             return _parsed(known, text)
+    if clean.lower() in _AMBIGUOUS:
+        return None
     parsed = _parsed(clean, text)
     if parsed is None or parsed.kind in kinds:
         return parsed
@@ -162,6 +174,8 @@ def unit_of(text: str, kinds: tuple[Kind, ...]) -> Unit | None:
 def any_unit(text: str) -> Unit | None:
     """The unit that `text` names, of whatever kind that a log has a column of."""
     clean = re.sub("[µμ]", "u", text.strip()).replace("·", "*")
+    if clean.lower() in _AMBIGUOUS:
+        return None
     return _parsed(clean, text) or unit_of(text, tuple(_ALIASES))
 
 

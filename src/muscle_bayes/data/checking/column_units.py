@@ -7,6 +7,7 @@ from typing import Final
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import RawLog
 from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.reading.header import SaidUnit
 from muscle_bayes.data.units import Kind, Unit, any_unit, examples, is_unit, position_kinds, unit_of
 
 _KEYS: Final = {
@@ -17,6 +18,14 @@ _KEYS: Final = {
     "load": "load_unit",
     "applied": "applied_unit",
 }
+_LETTERS: Final[dict[str, str]] = {
+    "time": "shd",
+    "length": "m",
+    "temperature": "cfkCFK",
+    "mass": "g",
+    "force": "N",
+}
+"""Units of one letter that stand behind a name."""
 _ACCEPTED: Final = {"reading": "position"}
 
 
@@ -76,31 +85,41 @@ def _unit(key: str, raw: RawLog, metadata: Metadata) -> ColumnUnit:
     accepted = columns is not None and _ACCEPTED.get(key, key) in columns.accept_units
     confirmed = False
     for said in [] if accepted else raw.said_units.get(key, []):
-        other = unit_of(said.text, kinds)
-        if other is None:
-            # Volts in a units row, seconds in brackets: sure to be a unit, but none of this column's.
-            foreign = any_unit(said.text) if said.sure else None
-            if said.sure and said.where.startswith("the units row") and is_unit(said.text):
-                _refuse(key, unit, said.text, None, is_stated, said.where, raw.path, raw.columns)
-            if foreign is not None and foreign.kind not in kinds:
-                _refuse(key, unit, said.text, None, is_stated, said.where, raw.path, raw.columns)
-            continue
-        if not other.same(unit):
-            _refuse(key, unit, said.text, other, is_stated, said.where, raw.path, raw.columns)
-        confirmed = True
-        break
+        meant = meant_unit(said, kinds)
+        if contradicts(said, unit, kinds):
+            _refuse(key, unit, said, meant, is_stated, raw.path, raw.columns[key])
+        if meant is not None:
+            confirmed = True
+            break
     return ColumnUnit(unit, _KEYS[key], is_stated, confirmed, accepted)
 
 
+def meant_unit(said: SaidUnit, kinds: tuple[Kind, ...]) -> Unit | None:
+    """The unit of these kinds that a log says of a column; None where it says none of them.
+
+    One letter behind a name is a unit only where logs commonly write it so: x_m, but not pos_c.
+    """
+    text = said.text.strip()
+    if len(text) == 1 and not any(text in _LETTERS.get(kind, "") for kind in kinds):
+        return None
+    return unit_of(text, kinds)
+
+
+def contradicts(said: SaidUnit, unit: Unit, kinds: tuple[Kind, ...]) -> bool:
+    """Whether what a log says of a column speaks against `unit`.
+
+    Volts in a units row, or seconds in brackets, are sure to be a unit but none of an angle's.
+    """
+    meant = meant_unit(said, kinds)
+    if meant is not None:
+        return not meant.same(unit)
+    if not said.sure or (len(said.text.strip()) == 1 and not said.in_row):
+        return False
+    return is_unit(said.text) if said.in_row else any_unit(said.text) is not None
+
+
 def _refuse(
-    key: str,
-    unit: Unit,
-    said: str,
-    other: Unit | None,
-    stated: bool,
-    where: str,
-    path: Path,
-    names: dict[str, str],
+    key: str, unit: Unit, said: SaidUnit, other: Unit | None, stated: bool, path: Path, column: str
 ) -> None:
     name = _KEYS[key]
     quantity = _ACCEPTED.get(key, key)
@@ -109,11 +128,15 @@ def _refuse(
     if other is None:
         fix = f"name the right column, correct {name}, or add {accept}"
     elif stated:
-        fix = f'set {name} = "{said}" if that is right, or add {accept}'
+        fix = f'set {name} = "{said.text}" if that is right, or add {accept}'
     else:
-        fix = f'add {name} = "{said}" to [columns], or {name} = "{unit.text}" with {accept}'
+        fix = f'add {name} = "{said.text}" to [columns], or {name} = "{unit.text}" with {accept}'
     raise RunError.at(
-        path, f"{where} says {said}, but {taken}", fix, column=names[key], key=f"columns.{name}"
+        path,
+        f"{said.where} says {said.text}, but {taken}",
+        fix,
+        column=column,
+        key=f"columns.{name}",
     )
 
 

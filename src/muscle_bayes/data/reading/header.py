@@ -26,6 +26,8 @@ class SaidUnit:
     """what says it, for messages"""
     sure: bool
     """whether it stands as a unit (brackets, a units row) and not as the tail of a name"""
+    in_row: bool = False
+    """whether a units row says it"""
 
 
 def bare(name: str) -> str:
@@ -67,7 +69,7 @@ def is_units_row(row: Sequence[str]) -> bool:
 def unit_in_row(cell: str) -> list[SaidUnit]:
     """What a units row says of a column."""
     text = re.sub(r"^[(\[{<]\s*|\s*[)\]}>]$", "", bare(cell))
-    return [SaidUnit(text, f"the units row ({text})", True)] if text else []
+    return [SaidUnit(text, f"the units row ({text})", True, True)] if text else []
 
 
 def place(
