@@ -44,7 +44,9 @@ def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, st
             inner, _, rest = detail["msg"].removeprefix("Value error, ").partition(": ")
             problem, _, mend = rest.rpartition("; ")
             return ".".join(filter(None, (key, inner))), problem, mend
-    return key, f"{detail['input']!r}: {detail['msg'].lower()}", "correct the value"
+    told = detail["msg"].lower().replace("tuple", "list")  # TOML has lists only
+    given = repr(detail["input"])
+    return key, f"{given if len(given) <= 60 else given[:60] + '...'}: {told}", "correct the value"
 
 
 def _choice(key: str, given: Any, choices: list[str]) -> tuple[str, str, str]:
