@@ -117,7 +117,8 @@ def _even(values: np.ndarray) -> bool:
     steps = np.diff(values[np.isfinite(values)])
     if steps.size < 2 or np.median(steps) <= 0:
         return False
-    return bool(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > 0.9)
+    usual = float(np.median(steps))
+    return bool(np.mean(np.abs(steps - usual) < 0.5 * usual) > 0.9)
 
 
 def _wraps(column: Column) -> bool:

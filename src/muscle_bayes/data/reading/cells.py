@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
 
 
+LARGEST = 1e30
+"""Numbers beyond this are no measurement in any unit."""
+
+
 def numbers(
     cells: Sequence[str], decimal: str = ".", thousands: str | None = None
 ) -> NDArray[np.float64]:
-    """Numbers of cells, NaN where a cell is none.
+    """Numbers of cells, NaN where a cell is none; what is beyond LARGEST is none.
 
     Args:
         cells: text of one column.
@@ -29,8 +33,8 @@ def numbers(
             pass
         else:
             if not any("_" in cell for cell in cells):  # Python's own digits may be grouped by it
-                return found
-    return np.array([_number(cell, decimal, thousands) for cell in cells], dtype=np.float64)
+                return _sane(found)
+    return _sane(np.array([_number(cell, decimal, thousands) for cell in cells], dtype=np.float64))
 
 
 def blank_cells(cells: Sequence[str]) -> NDArray[np.bool_]:
@@ -41,6 +45,10 @@ def blank_cells(cells: Sequence[str]) -> NDArray[np.bool_]:
 def is_number(cell: str, decimal: str = ".") -> bool:
     """Whether a cell holds a number and nothing else."""
     return bool(_NUMBER.fullmatch(_bare(cell).replace(decimal, ".")))
+
+
+def _sane(found: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(np.abs(found) <= LARGEST, found, np.nan)
 
 
 def _bare(cell: str) -> str:

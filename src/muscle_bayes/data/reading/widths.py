@@ -127,21 +127,21 @@ def _refuse(
             row=first,
             key="log.decimal",
         )
-    if usual != width and len(wrong) > len(rows) / 2:
-        raise RunError.at(
-            path,
-            f"{named} has {width} cells, but {count} of {len(rows)} rows have {usual}",
-            "correct the header so that it names every column once, or the separator",
-            row=first,
-        )
     start = wrong[0]
-    if wrong == list(range(start, len(rows))) and start > 0:
+    if wrong == list(range(start, len(rows))) and start > MOST_FAULTY * len(rows):
         change = "added" if lengths[start] > width else "removed"
         raise RunError.at(
             path,
             f"the columns change here: rows have {width} cells before and {lengths[start]} from "
             f"here on, a column was {change}",
             "make a run of each part, each with its own header",
+            row=first,
+        )
+    if usual != width and len(wrong) > len(rows) / 2:
+        raise RunError.at(
+            path,
+            f"{named} has {width} cells, but {count} of {len(rows)} rows have {usual}",
+            "correct the header so that it names every column once, or the separator",
             row=first,
         )
 
