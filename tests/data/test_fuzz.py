@@ -20,9 +20,38 @@ CELLS = st.one_of(
     st.integers(-10, 2000).map(str),
     st.floats(-10, 10).map(lambda x: f"{x:.3f}".replace(".", ",")),
     st.sampled_from(
-        ["", " ", "nan", "-inf", "1e999", "1e308", "-1e308", "n/a", '"', '"1', "0x1F", "12:00:01"]
-        + ["2024-02-30 10:00:00", "2024-02-29T10:00:00.5+01:00", "99:99:99", "1,234.5", "1_0", "٣"]
-        + ["85", "-1", "(ms)", "V", "\0", "ÿ", "3 C", "True", "1;2", "1\t2", "00:00:00", "9" * 400]
+        [
+            "",
+            " ",
+            "nan",
+            "-inf",
+            "1e999",
+            "1e308",
+            "-1e308",
+            "n/a",
+            '"',
+            '"1',
+            "0x1F",
+            "12:00:01",
+            "2024-02-30 10:00:00",
+            "2024-02-29T10:00:00.5+01:00",
+            "99:99:99",
+            "1,234.5",
+            "1_0",
+            "٣",
+            "85",
+            "-1",
+            "(ms)",
+            "V",
+            "\x00",
+            "ÿ",
+            "3 C",
+            "True",
+            "1;2",
+            "1\t2",
+            "00:00:00",
+            "9" * 400,
+        ]
     ),
 )
 
@@ -39,7 +68,10 @@ SEPARATORS = mostly(st.just(","), st.sampled_from([";", "\t", " ", "|"]))
 def tables(draw) -> str:
     """Rows of cells, mostly of numbers that rise, with faults strewn in."""
     separator = draw(SEPARATORS)
-    width, rows = draw(mostly(st.sampled_from([3, 4]), st.just(1), st.just(2))), draw(st.integers(5, 60))
+    width, rows = (
+        draw(mostly(st.sampled_from([3, 4]), st.just(1), st.just(2))),
+        draw(st.integers(5, 60)),
+    )
     step = draw(mostly(st.just(0.01), st.sampled_from([1.0, 20.0, 0.0, -1.0, 1e-9])))
     start = draw(mostly(st.just(0.0), st.sampled_from([1.6e12, 65.4, 4294967.1, -5.0])))
     names = ["t", "x", "T", "kg"][:width] if width > 1 else ["x"]
@@ -75,8 +107,33 @@ LOGS = mostly(
 )
 
 UNITS = st.sampled_from(
-    ["rad", "deg", "mm", "m", "rev", "rad/s", "counts", "s", "ms", "kg", "degF", "K", "", "**", "m^"]
-    + ["1/0", "m**9", "grad", "dB", "delta_degC", "N", "Nm", "(", "µm", "°"]
+    [
+        "rad",
+        "deg",
+        "mm",
+        "m",
+        "rev",
+        "rad/s",
+        "counts",
+        "s",
+        "ms",
+        "kg",
+        "degF",
+        "K",
+        "",
+        "**",
+        "m^",
+        "1/0",
+        "m**9",
+        "grad",
+        "dB",
+        "delta_degC",
+        "N",
+        "Nm",
+        "(",
+        "µm",
+        "°",
+    ]
 )
 NUMBERS = st.one_of(
     st.floats(), st.integers(-3, 1000), st.sampled_from([0.1, 1.0, 1e308, 5e-324, 10**400])
@@ -84,16 +141,50 @@ NUMBERS = st.one_of(
 VALUES = st.one_of(NUMBERS, UNITS, st.booleans(), st.lists(NUMBERS, max_size=3).map(tuple))
 KEYS = {
     "": ["protocol", "origin", "notes"],
-    "log": ["separator", "decimal", "thousands", "skip_lines", "comment", "encoding", "header"]
-    + ["sample_rate", "time_format", "group"],
-    "columns": ["time", "time_unit", "position", "position_unit", "position_sign", "position_zero"]
-    + ["temperature_a", "temperature_unit", "load", "load_unit", "applied", "applied_unit"]
-    + ["accept_units", "position_zero_uncertainty"],
+    "log": [
+        "separator",
+        "decimal",
+        "thousands",
+        "skip_lines",
+        "comment",
+        "encoding",
+        "header",
+        "sample_rate",
+        "time_format",
+        "group",
+    ],
+    "columns": [
+        "time",
+        "time_unit",
+        "position",
+        "position_unit",
+        "position_sign",
+        "position_zero",
+        "temperature_a",
+        "temperature_unit",
+        "load",
+        "load_unit",
+        "applied",
+        "applied_unit",
+        "accept_units",
+        "position_zero_uncertainty",
+    ],
     "fixture": ["stops", "motion", "room_temperature", "disc_radius", "rotor_radius_a"],
     "potentiometer": ["zero_reading", "radians_per_count", "bits", "zero_uncertainty"],
     "thermometer": ["delay", "delay_uncertainty"],
-    "element_a": ["kind", "mass", "centre_distance", "rate", "free_length", "tension_at_zero"]
-    + ["damping", "linkage", "base_length", "length_at_zero", "closed_length"],
+    "element_a": [
+        "kind",
+        "mass",
+        "centre_distance",
+        "rate",
+        "free_length",
+        "tension_at_zero",
+        "damping",
+        "linkage",
+        "base_length",
+        "length_at_zero",
+        "closed_length",
+    ],
     "load": ["time", "mass", "unit"],
 }
 ARM = {"kind": "arm", "mass": 0.3, "centre_distance": 0.2}
@@ -188,11 +279,15 @@ def _use(run: Run) -> None:
     _ = run.load_steps, run.gaps, run.sensor, run.heat_time
 
 
+def _says_how_to_fix(error: MuscleBayesError) -> None:
+    assert "Fix: " in str(error)
+
+
 def _read(log: bytes, about: bytes, suffix: str) -> None:
     try:
         run = run_from_bytes(log, about, Path(f"a{suffix}"), Path("a.toml"))
     except MuscleBayesError as error:
-        assert "Fix: " in str(error)
+        _says_how_to_fix(error)
         return
     _use(run)
 
@@ -207,11 +302,12 @@ def _guess(log: bytes, suffix: str) -> None:
             question = next_question(guess, answers)
             if question is None:
                 break
-            setattr(answers, question.key, {"sample_rate": 10.0, "position": "1"}.get(question.key, "degC"))  # fmt: skip
+            answer = {"sample_rate": 10.0, "position": "1"}.get(question.key, "degC")
+            setattr(answers, question.key, answer)
         text = draft_of(guess, answers).text("a.csv")
         _use(run_from_bytes(log, text.encode(), path, Path("a.toml")))
     except MuscleBayesError as error:
-        assert "Fix: " in str(error)
+        _says_how_to_fix(error)
 
 
 QUICK = settings(max_examples=150, deadline=None, derandomize=True)

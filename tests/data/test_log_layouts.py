@@ -39,12 +39,20 @@ LAYOUTS = {
     "other comments": ("% rig 3\n" + csv(), toml(log='comment = "%"')),
     "header in a comment": ("# t,x\n" + csv(""), toml()),
     "byte order mark": ("\ufeff" + csv(), toml()),
-    "comma in a header's name": (csv('t,"torque, request",x', TIME, np.zeros(ROWS), [f"{x:.5f}" for x in SWING]), toml()),
+    "comma in a header's name": (
+        csv('t,"torque, request",x', TIME, np.zeros(ROWS), [f"{x:.5f}" for x in SWING]),
+        toml(),
+    ),
     "unit behind a comma in the name": (csv('"t, s",x'), toml()),
-    "quoted cells": ("\n".join(f'"{a}" , "{b}"' for a, b in (
-        line.split(",") for line in csv().splitlines())), toml()),
+    "quoted cells": (
+        "\n".join(f'"{a}" , "{b}"' for a, b in (line.split(",") for line in csv().splitlines())),
+        toml(),
+    ),
     "comma behind each row": (csv().replace("\n", ",\n"), toml()),
-    "comma behind each row, not the header": (csv().replace("\n", ",\n").replace(",\n", "\n", 1), toml()),  # fmt: skip
+    "comma behind each row, not the header": (
+        csv().replace("\n", ",\n").replace(",\n", "\n", 1),
+        toml(),
+    ),
     "rows of blanks at the end": (csv() + ",\n" * 50, toml()),
     "units row": (csv().replace("\n", "\n(s),(rad)\n", 1), toml()),
     "bare units row": (csv().replace("\n", "\ns,rad\n", 1), toml()),
@@ -69,9 +77,11 @@ LAYOUTS = {
     "16 bits of ms in s": (csv(times=((TIME * 1e3 + 64000) % 65536) / 1e3), toml()),
     "32 bits of ms": (csv(times=(TIME * 1e3 + 2**32 - 999) % 2**32), toml('time_unit = "ms"')),
     "32 bits of us": (csv(times=(TIME * 1e6 + 2**32 - 999) % 2**32), toml('time_unit = "us"')),
-    "midnight": (csv(times=[("23:59:" if t < 2 else "00:00:") + f"{(t + 58) % 60:06.3f}"
-                            for t in TIME]), toml()),
-}  # fmt: skip
+    "midnight": (
+        csv(times=[("23:59:" if t < 2 else "00:00:") + f"{(t + 58) % 60:06.3f}" for t in TIME]),
+        toml(),
+    ),
+}
 """What a log may look like: all hold the same swing."""
 
 

@@ -65,6 +65,8 @@ class RawLog:
     """number of each row among all rows, those left out included, from 0"""
     said_units: dict[str, list[SaidUnit]] = field(default_factory=dict)
     """canonical name -> what the log says of that column's unit"""
+    layout: LogFormat = field(default_factory=LogFormat)
+    """how the cells are written: as the metadata say, or the file itself"""
 
 
 def parse_log(
@@ -159,18 +161,23 @@ def assemble(
         raise RunError.at(
             path, f"{len(rows)} whole rows after the header", "give a log with two rows or more"
         )
+    said_by_name = {at: unit_in_name(header[at]) for at in places.values() if layout.header}
     return RawLog(
-        path,
-        {key: labels[at] if isinstance(names[key], int) else column_label(names[key])
-         for key, at in places.items()},
-        {key: tuple(cells[at] for _, cells in rows) for key, at in places.items()},
-        tuple(line for line, _ in rows),
-        tuple(sorted([*unreadable, *broken])),
-        (*repairs, *cut),
-        tuple(order[line] for line, _ in rows),
-        {key: [*said.get(at, []), *(unit_in_name(header[at]) if layout.header else [])]
-         for key, at in places.items()},
-    )  # fmt: skip
+        path=path,
+        columns={
+            key: labels[at] if isinstance(names[key], int) else column_label(names[key])
+            for key, at in places.items()
+        },
+        cells={key: tuple(cells[at] for _, cells in rows) for key, at in places.items()},
+        lines=tuple(line for line, _ in rows),
+        unreadable=tuple(sorted([*unreadable, *broken])),
+        repairs=(*repairs, *cut),
+        ordinals=tuple(order[line] for line, _ in rows),
+        said_units={
+            key: [*said.get(at, []), *said_by_name.get(at, [])] for key, at in places.items()
+        },
+        layout=layout,
+    )
 
 
 def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:

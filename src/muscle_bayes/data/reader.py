@@ -76,7 +76,7 @@ def run_from_bytes(log: bytes, about: bytes, log_path: Path, metadata_path: Path
 
 def _run(raw: RawLog, metadata: Metadata, path: Path, checksum: str) -> Run:
     units = column_units(raw, metadata)
-    ledger, blank, clock = _numbers(raw, metadata)
+    ledger, blank, clock = _numbers(raw)
     first_time = _first_time(ledger)
     slower = _repair(ledger, blank, metadata, units, clock)
     time = ledger.columns["time"]
@@ -141,9 +141,9 @@ def _in_folder(folder: Path) -> list[Path]:
     return sorted([*folder.glob("*.csv"), *others])
 
 
-def _numbers(raw: RawLog, metadata: Metadata) -> tuple[Ledger, dict[str, Mask], str]:
+def _numbers(raw: RawLog) -> tuple[Ledger, dict[str, Mask], str]:
     """Numbers of all columns, which cells are blank, and the format of the time column."""
-    layout, columns = metadata.log, {}
+    layout, columns = raw.layout, {}
     clock = "number"
     for key, cells in raw.cells.items():
         if key == "time":

@@ -39,7 +39,7 @@ class ColumnUnit:
     stated: bool
     """whether the metadata state it"""
     confirmed: bool
-    """whether the log says the same"""
+    """whether the log says the same, in brackets or in a units row"""
     accepted: bool
     """whether the metadata say that it is right whatever speaks against it"""
 
@@ -89,7 +89,7 @@ def _unit(key: str, raw: RawLog, metadata: Metadata) -> ColumnUnit:
         if contradicts(said, unit, kinds):
             _refuse(key, unit, said, meant, is_stated, raw.path, raw.columns[key])
         if meant is not None:
-            confirmed = True
+            confirmed = said.sure
             break
     return ColumnUnit(unit, _KEYS[key], is_stated, confirmed, accepted)
 

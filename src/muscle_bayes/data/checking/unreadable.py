@@ -55,15 +55,15 @@ _CAUSES: tuple[tuple[str, str, str, str], ...] = (
         "log.time_format",
     ),
     (
-        r"[+-]?\d+([.,]\d+)?\s*[A-Za-z°µ%][A-Za-z°µ%/^0-9]*",
-        "carry a unit behind the number",
-        "export plain numbers, and state the unit in [columns]",
-        "columns",
-    ),
-    (
         r"0[xX][0-9a-fA-F]+",
         "are hexadecimal",
         "export decimal numbers",
+        "columns",
+    ),
+    (
+        r"[+-]?\d+([.,]\d+)?\s*[A-Za-z°µ%][A-Za-z°µ%/^0-9]*",
+        "carry a unit behind the number",
+        "export plain numbers, and state the unit in [columns]",
         "columns",
     ),
 )

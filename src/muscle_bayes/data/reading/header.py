@@ -14,7 +14,8 @@ from muscle_bayes.data.units import is_unit
 _SHOWN = 20
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[(\[{<]\s*([^()\[\]{}<>]*)\s*[)\]}>]\s*$")
 _AFTER_SIGN = re.compile(r"^(.*\S)\s*[,;:/]\s*([^\s,;:/].*)$")
-_SUFFIX = re.compile(r"^(.*[^_\s])[_\s]+([A-Za-z°µμ%]+(?:[_/](?:s|min))?)$")
+_RATE_SUFFIX = re.compile(r"^(.*[^_\s])[_\s]+([A-Za-z°µμ]+[_/](?:s|min))$")
+_SUFFIX = re.compile(r"^(.*[^_\s])[_\s]+([A-Za-z°µμ%]+)$")
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,13 @@ def without_unit(name: str) -> str:
 def unit_in_name(name: str) -> list[SaidUnit]:
     """What the end of a column's name may say of its unit, the surest first."""
     said = []
-    for pattern, sure in ((_BRACKETS, True), (_AFTER_SIGN, True), (_SUFFIX, False)):
+    patterns = (
+        (_BRACKETS, True),
+        (_AFTER_SIGN, True),
+        (_RATE_SUFFIX, False),
+        (_SUFFIX, False),
+    )
+    for pattern, sure in patterns:
         if (found := pattern.match(name)) and found[2].strip():
             text = re.sub(r"_(s|min)$", r"/\1", found[2].strip())
             said.append(SaidUnit(text, f"the column's name {name!r}", sure))

@@ -46,7 +46,7 @@ def lvm_body(content: bytes, path: Path, layout: LogFormat) -> tuple[int, dict[s
         )
     said: dict[str, str] = {}
     for line in lines[: ends[0]]:
-        name, _, value = line.replace(",", "\t", 1).partition("\t")
+        name, _, value = line.partition("\t" if "\t" in line else ",")
         said[name.strip().lower()] = value.strip()
     stated: dict[str, str] = {}
     separator = said.get("separator", "tab").lower()

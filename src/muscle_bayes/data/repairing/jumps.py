@@ -18,6 +18,8 @@ _REPEATED: Final = 40
 """Most rows for which a slow sensor's reading is taken to be repeated."""
 _FEWEST: Final = 10
 """Rows from which a signal shows how fast it changes."""
+_AROUND: Final = 3
+"""Readings before and after one, whose median tells where the signal is."""
 _FROZEN: Final = 20
 """A frozen value lasts this many times longer than values else do."""
 
@@ -65,7 +67,10 @@ def find_jumps(values: Floats, floor: float = 0.0, failures: tuple[float, ...] =
     known = np.isin(level[1:-1], failures)
     wild = spike & (least > np.where(known, _FASTER_TO_FAILURE, _FASTER) * own)
     for at in np.flatnonzero(wild) + 1:
-        mask[starts[at] : ends[at]] = True
+        # Between two failed readings a sound one jumps and comes back too: it is near its neighbours.
+        near = np.median(level[max(at - _AROUND, 0) : at + _AROUND + 1])
+        if abs(level[at] - near) > 0.5 * least[at - 1]:
+            mask[starts[at] : ends[at]] = True
     return mask
 
 

@@ -27,9 +27,8 @@ def is_slower(blank: Mask) -> bool:
     if at.size < _FEWEST or blank.mean() < _MOST_BLANK:
         return False
     between = np.diff(np.r_[at, max(blank.size, at[-1] + 1)])
-    return float(between.max()) <= _EVEN * float(np.median(between)) and at[0] <= _EVEN * float(
-        np.median(between)
-    )
+    longest = _EVEN * float(np.median(between))
+    return bool(between.max() <= longest and at[0] <= longest)
 
 
 def fill_slow_columns(ledger: Ledger, blank: Mapping[str, Mask]) -> dict[str, Floats]:
