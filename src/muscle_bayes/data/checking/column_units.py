@@ -20,6 +20,7 @@ _KEYS: Final = {
 }
 _LETTERS: Final[dict[str, str]] = {
     "time": "shd",
+    "angle": "°",
     "length": "m",
     "temperature": "cfkCFK",
     "mass": "g",

@@ -163,6 +163,8 @@ def _find_header(
     hidden = _hidden_header(plain[first][0], lines, separator, width) if at < 0 else []
     while len(names) > width and not names[-1]:
         names.pop()
+    if width == 1 and names and _KEY_VALUE.match(names[0]):
+        names = []  # "rate: 50 Hz" is a setting, no name
     fits = len(names) == width or (width % 2 == 0 and len(names) == width // 2)
     if names and fits and any(names) and not all(map(is_number, filter(None, names))):
         found.header = names
