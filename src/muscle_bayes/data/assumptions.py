@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import ZERO_UNCERTAINTY
+from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
 
 
@@ -117,7 +118,7 @@ ABSENT: Final[dict[str, _Said]] = {
         f"{run.metadata.fixture.room_temperature:g} C" if _has_muscle(run) else ""
     ),
     "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
-    "Potentiometer.bits": "10, whole counts of 0 to 1023",
+    "Potentiometer.bits": f"{CONVERTER_BITS}, whole counts of 0 to {2**CONVERTER_BITS - 1}",
     "Thermometer.delay_uncertainty": "0 s, the delay is exact",
     "LogFormat.separator": _where(_from_text, "comma (tab in .tsv and .lvm), or as the file says"),
     "LogFormat.decimal": _where(_from_text, "point"),

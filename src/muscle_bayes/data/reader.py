@@ -36,6 +36,7 @@ from muscle_bayes.data.repairing.faults import (
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
 from muscle_bayes.data.run import COLUMNS, Run
+from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
 
 
@@ -198,7 +199,7 @@ def _repair(
             drop_faulty(ledger, key)
     _refuse_few_rows(ledger)
     if metadata.position_unit == COUNTS and metadata.potentiometer is not None:
-        drop_glitches(ledger, metadata.potentiometer.bits)
+        drop_glitches(ledger, metadata.potentiometer.bits or CONVERTER_BITS)
     drop_jumps(ledger)
     for key in ("temperature_a", "temperature_b"):
         if key in ledger.columns:

@@ -40,6 +40,10 @@ class Fixture(Table):
         return self
 
 
+CONVERTER_BITS = 10
+"""Bits of a converter whose metadata say none."""
+
+
 class Potentiometer(Table):
     """theta = radians_per_count (reading - zero_reading)."""
 
@@ -49,8 +53,8 @@ class Potentiometer(Table):
     """rad, negative where the reading counts against theta"""
     zero_uncertainty: NonNegative | None = None
     """standard uncertainty of zero_reading, counts; absent = 2"""
-    bits: Annotated[int, Field(ge=1, le=32)] = 10
-    """of the converter: readings are whole counts from 0 to 2^bits - 1"""
+    bits: Annotated[int, Field(ge=1, le=32)] | None = None
+    """of the converter: readings are whole counts from 0 to 2^bits - 1; absent = 10"""
 
     @model_validator(mode="after")
     def _scale_is_not_zero(self) -> "Potentiometer":
