@@ -15,7 +15,9 @@ def write(folder, name, rows, period):
     metadata = Sequence(stage=(Stage(duration=1.0),)).metadata("measured", RIG, 0.1, "")
     file = RunFile(folder, name, metadata)
     for n in range(rows):
-        file.append(Row(n * period, 25.0 + n % 3, 40.0, False, None, None, False, True, 500 + n // 10))
+        file.append(
+            Row(n * period, 25.0 + n % 3, 40.0, False, None, None, False, True, 500 + n // 10)
+        )
     file.close()
     return file.path
 

@@ -136,7 +136,7 @@ def test_a_log_that_is_guessed_but_not_read_says_why(log):
 
 OPTIONS = {
     "time": (["--time", "9"], "--time 9: there is no such column"),
-    "unit": (["--position-unit", "kg"], "--position-unit kg: is no unit of angle"),
+    "unit": (["--position-unit", "kg"], "--position-unit kg: is no unit of counts"),
     "element": (["--element", "muscle"], "--element 'muscle': cannot be used"),
     "load": (["--load", "0.2"], "needs the radius at which it pulls"),
 }
@@ -187,3 +187,15 @@ def test_rate_from_the_text_above(log):
     log.write_text("Rig 3\nSample rate: 50 Hz\n" + "\n".join(f"{x}" for x in SWING))
     assert init(log, "--position-unit", "deg").exit_code == 0
     assert read_run(log).duration == pytest.approx(5.98)
+
+
+def test_raw_counts_are_asked_for_their_scale(log):
+    counts = np.rint(2048 + SWING * 10).astype(int)
+    log.write_text("ms,adc\n" + "".join(f"{t},{n}\n" for t, n in zip(TIME, counts, strict=True)))
+    result = init(log, "--position", "adc", "--ask", answers="counts\n0.0017\n2048\nnone\n")
+    assert result.exit_code == 0, result.output
+    run = read_run(log)
+    assert run.metadata.potentiometer.bits == 12
+    assert run.duration == pytest.approx(5.98)
+    assert run.coordinate[0] == pytest.approx(450 * 0.0017)
+    assert "--radians-per-count" in init(log, "--position-unit", "counts", "--overwrite").stderr

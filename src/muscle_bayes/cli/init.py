@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from muscle_bayes.data.guessing.answers import Answers, Question
 
 
+_NUMBERS = ("sample_rate", "load", "radians_per_count", "zero_reading")
+
+
 def init(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, text, LabVIEW, Parquet.")],
     time: Annotated[
@@ -28,7 +31,7 @@ def init(
         str | None, typer.Option(metavar="COLUMN", help="Measured position or velocity.")
     ] = None,
     position_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Its unit: rad, deg, mm, rad/s, ...")
+        str | None, typer.Option(metavar="UNIT", help="Its unit: counts, rad, deg, mm, rad/s, ...")
     ] = None,
     temperature_unit: Annotated[
         str | None, typer.Option(metavar="UNIT", help="Unit of the temperatures.")
@@ -42,6 +45,12 @@ def init(
         ),
     ] = None,
     load: Annotated[float | None, typer.Option(metavar="KG", help="Mass that hangs on it.")] = None,
+    radians_per_count: Annotated[
+        float | None, typer.Option(metavar="RAD", help="Angle of one count, of raw counts.")
+    ] = None,
+    zero_reading: Annotated[
+        float | None, typer.Option(metavar="COUNTS", help="Counts at angle zero, of raw counts.")
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="The metadata.  [default: beside the log, NAME.toml]"),
@@ -72,7 +81,16 @@ def init(
     content = read_bytes(log, "the log")
     guess = guess_log(content, log)
     answers = Answers(
-        time, position, position_unit, time_unit, temperature_unit, sample_rate, element, load
+        time=time,
+        position=position,
+        position_unit=position_unit,
+        time_unit=time_unit,
+        temperature_unit=temperature_unit,
+        sample_rate=sample_rate,
+        element=element,
+        load=load,
+        radians_per_count=radians_per_count,
+        zero_reading=zero_reading,
     )
     _complete(answers, guess, sys.stdin.isatty() if ask is None else ask)
     text = draft_of(guess, answers).text(log.name)
@@ -126,6 +144,6 @@ def _complete(answers: "Answers", guess: Any, ask: bool) -> None:
 
 
 def _answer(answers: "Answers", question: "Question") -> None:
-    kind = float if question.key in ("sample_rate", "load") else str
+    kind = float if question.key in _NUMBERS else str
     default = question.default if question.default is None else kind(question.default)
     setattr(answers, question.key, typer.prompt(question.text, default=default, type=kind))

@@ -74,7 +74,8 @@ class Run:
                 f"{self.name}: only {len(table)} rows lie before {time:g} s, "
                 f"at least {MIN_ROWS} are needed. Fix: choose a later time."
             )
-        return replace(self, table=table)
+        own = {key: times[times < time] for key, times in self.own_times.items()}
+        return replace(self, table=table, own_times=own)
 
     @property
     def unit(self) -> str:

@@ -12,7 +12,13 @@ from muscle_bayes.data.guessing.roles import Column
 from muscle_bayes.data.guessing.write import Entry
 from muscle_bayes.data.units import Kind, Unit, examples, unit_of
 
-POSITIONS: Final[tuple[Kind, ...]] = ("angle", "length", "angular velocity", "velocity")
+POSITIONS: Final[tuple[Kind, ...]] = (
+    "counts",
+    "angle",
+    "length",
+    "angular velocity",
+    "velocity",
+)
 ELEMENTS: Final = "none, arm MASS DISTANCE, spring, muscle LENGTH [DRUM_RADIUS]"
 """What may be answered of what acts on the moving part; in kg and m."""
 
@@ -29,6 +35,8 @@ class Answers:
     sample_rate: float | None = None
     element: str | None = None
     load: float | None = None
+    radians_per_count: float | None = None
+    zero_reading: float | None = None
 
 
 @dataclass(frozen=True)
@@ -97,6 +105,13 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
             "position_unit",
             f"Unit of {_shown(position)} ({examples(POSITIONS)})",
         )
+    if unit.kind == "counts":
+        if not answers.radians_per_count:
+            return Question(
+                "radians_per_count", "Angle of one count, rad (negative: it counts down)"
+            )
+        if answers.zero_reading is None:
+            return Question("zero_reading", "Counts at angle zero")
     if time is not None and answers.time_unit is None and (likely := _odd_time(time)):
         return Question("time_unit", f"Unit of {_shown(time)} (s, ms, us)", likely)
     for column in guess.likely("temperature_a", "temperature_b"):

@@ -51,6 +51,12 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
     why = "as answered" if answers.position_unit else "the log says so"
     draft.columns.append(Entry("position_unit", answers.position_unit or unit.text, why))
     _add_others(draft, guess, answers, {id(time), id(position)}, unit.kind)
+    if unit.kind == "counts":
+        draft.potentiometer = [
+            Entry("zero_reading", float(answers.zero_reading or 0.0), "counts, as answered"),
+            Entry("radians_per_count", float(answers.radians_per_count or 0.0), "as answered"),
+            Entry("bits", _bits(position), "the least that holds the rows looked at"),
+        ]
     linear = unit.kind in ("length", "velocity")
     draft.fixture = [Entry("motion", "linear" if linear else "rotary")]
     draft.element = element_entries(answers.element or "none", unit)
@@ -108,6 +114,12 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
             text = usual if column.unit is None else column.unit.text
             why = "taken, the log says none" if column.unit is None else "the log says so"
             draft.columns.append(Entry(f"{key}_unit", text, why))
+
+
+def _bits(column: Column) -> int:
+    """Bits of the converter: the least usual number that holds the counts."""
+    largest = max((value for value in column.values.tolist() if value == value), default=0.0)
+    return next((bits for bits in (10, 12, 14, 16, 24) if largest < 2**bits), 32)
 
 
 def _range(column: Column) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from muscle_bayes.data.checking.column_units import meant_unit
 from muscle_bayes.data.reading.clock_formats import read_times
 from muscle_bayes.data.reading.header import SaidUnit, unit_in_name, unit_in_row, without_unit
-from muscle_bayes.data.units import Kind, Unit, any_unit
+from muscle_bayes.data.units import Kind, Unit, any_unit, unit_of
 
 Role = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied", "none"]
 
@@ -135,4 +135,8 @@ def _role(name: str, said: list[SaidUnit]) -> tuple[str, Unit | None]:
         unit = any_unit(one.text)
         if unit is not None and unit.kind in _ROLE_OF and len(one.text) > 1:
             return _ROLE_OF[unit.kind], unit
+    if not roles and len(name) > 1:  # a column that goes by its unit alone: ms, deg
+        for role, kinds in _KINDS.items():
+            if (unit := unit_of(name, kinds)) is not None:
+                return role, unit
     return (roles[0] if roles else ""), None

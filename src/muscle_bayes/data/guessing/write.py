@@ -23,6 +23,7 @@ class Draft:
 
     log: list[Entry] = field(default_factory=list)
     columns: list[Entry] = field(default_factory=list)
+    potentiometer: list[Entry] = field(default_factory=list)
     fixture: list[Entry] = field(default_factory=list)
     element: list[Entry] = field(default_factory=list)
     load: list[Entry] = field(default_factory=list)
@@ -40,6 +41,7 @@ class Draft:
         for name, entries in (
             ("log", self.log),
             ("columns", self.columns),
+            ("potentiometer", self.potentiometer),
             ("fixture", self.fixture),
             ("element_a", self.element),
             ("load", self.load),
