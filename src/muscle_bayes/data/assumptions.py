@@ -36,7 +36,7 @@ def assumptions(run: Run) -> list[Assumption]:
     for name in type(metadata).model_fields:
         if isinstance(table := getattr(metadata, name), BaseModel):
             tables.append((f"{name}.", table))
-    found = []
+    listed = []
     for prefix, table in tables:
         for field in type(table).model_fields:
             if field in table.model_fields_set:
@@ -44,10 +44,10 @@ def assumptions(run: Run) -> list[Assumption]:
             said = ABSENT.get(f"{type(table).__name__}.{field}")
             told = said(run, prefix) if callable(said) else said
             if told:
-                found.append(Assumption(f"{prefix}{field}", told))
+                listed.append(Assumption(f"{prefix}{field}", told))
     if metadata.protocol == "spring":
-        found.append(Assumption("first speed", "0, the run is released at its first row"))
-    return found
+        listed.append(Assumption("first speed", "0, the run is released at its first row"))
+    return listed
 
 
 def _has_muscle(run: Run) -> bool:

@@ -26,14 +26,14 @@ def log_beside(metadata: Path) -> Path:
     NAME.csv where there is none, or where there are several and it is one of them. Raises RunError
     where there are several others.
     """
-    found = [path for suffix in LOG_SUFFIXES if (path := metadata.with_suffix(suffix)).exists()]
+    logs = [path for suffix in LOG_SUFFIXES if (path := metadata.with_suffix(suffix)).exists()]
     usual = metadata.with_suffix(".csv")
-    if not found or usual in found:
+    if not logs or usual in logs:
         return usual
-    if len(found) > 1:
-        names = ", ".join(path.name for path in found)
+    if len(logs) > 1:
+        names = ", ".join(path.name for path in logs)
         raise RunError.at(metadata, f"several logs belong to it: {names}", "keep one, or name it")
-    return found[0]
+    return logs[0]
 
 
 def read_bytes(path: Path, what: str) -> bytes:

@@ -73,9 +73,9 @@ def _check(log: pd.DataFrame, metadata: Metadata, path: Path) -> None:
             path, "logs are written with the fixture's own header", "leave it out", key="columns"
         )
     if tuple(log.columns) != HEADER:
-        found = ", ".join(map(repr, log.columns))
+        names = ", ".join(map(repr, log.columns))
         wanted = ", ".join(map(repr, HEADER))
-        raise RunError.at(path, f"columns are {found}", f"give exactly {wanted}")
+        raise RunError.at(path, f"columns are {names}", f"give exactly {wanted}")
     for column in HEADER:
         if column.startswith("Setpoint"):
             continue

@@ -63,11 +63,11 @@ def position_column(guess: Guess, answers: Answers) -> Column | None:
     if answers.position is not None:
         return _named(guess, answers.position, "position")
     time = time_column(guess, answers)
-    found = [column for column in guess.measured if column is not time]
-    positions = [column for column in found if column.likely == "position"]
+    candidates = [column for column in guess.measured if column is not time]
+    positions = [column for column in candidates if column.likely == "position"]
     if len(positions) == 1:
         return positions[0]
-    return found[0] if len(found) == 1 else None
+    return candidates[0] if len(candidates) == 1 else None
 
 
 def position_unit(column: Column, answers: Answers) -> Unit | None:

@@ -72,16 +72,16 @@ def _accepted(
     time: Column | None, position: Column, unit: Unit, answers: Answers
 ) -> tuple[str, ...]:
     """Columns whose unit was answered although the log says another."""
-    found = []
+    columns = []
     if time is not None and answers.time_unit is not None:
         stated = unit_of(answers.time_unit, ("time",))
         if stated and any(contradicts(said, stated, ("time",)) for said in time.said):
-            found.append("time")
+            columns.append("time")
     if answers.position_unit is not None:
         kinds = position_kinds("linear" if unit.kind in ("length", "velocity") else "rotary")
         if any(contradicts(said, unit, kinds) for said in position.said):
-            found.append("position")
-    return tuple(found)
+            columns.append("position")
+    return tuple(columns)
 
 
 def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], kind: str) -> None:
@@ -104,12 +104,12 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
         ("load", "mass", "kg"),
         ("applied", fits, "N" if linear else "N*m"),
     ):
-        found = [c for c in guess.likely(key) if id(c) not in used]
-        found = [c for c in found if c.unit is None or c.unit.kind == name]
+        columns = [c for c in guess.likely(key) if id(c) not in used]
+        columns = [c for c in columns if c.unit is None or c.unit.kind == name]
         if key == "load" and not linear:
-            found = []  # it needs the disc's radius, which the log does not tell
-        if len(found) == 1:
-            column = found[0]
+            columns = []  # it needs the disc's radius, which the log does not tell
+        if len(columns) == 1:
+            column = columns[0]
             draft.columns.append(Entry(key, column.reference, _range(column)))
             text = usual if column.unit is None else column.unit.text
             why = "taken, the log says none" if column.unit is None else "the log says so"

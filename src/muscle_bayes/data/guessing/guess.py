@@ -33,8 +33,8 @@ class Guess:
 
     def likely(self, *roles: str) -> list[Column]:
         """Columns that seem to hold one of these, those that change first."""
-        found = [column for column in self.columns if column.likely in roles]
-        return sorted(found, key=lambda column: not column.changes)
+        columns = [column for column in self.columns if column.likely in roles]
+        return sorted(columns, key=lambda column: not column.changes)
 
     @property
     def time(self) -> Column | None:

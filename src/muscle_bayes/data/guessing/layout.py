@@ -56,10 +56,10 @@ def guess_layout(content: bytes, path: Path) -> Layout:
     Raises:
         RunError: nothing in it looks like rows of numbers.
     """
-    found = Layout()
+    layout = Layout()
     encoding = "utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else None
     if encoding is not None:
-        found.keys["encoding"] = encoding
+        layout.keys["encoding"] = encoding
     text, _ = decode(content, path, encoding)
     lines = [(n, line.strip("\0")) for n, line in enumerate(split_lines(text), 1)]
     lines = [(n, line) for n, line in lines if line.strip()]
@@ -72,16 +72,16 @@ def guess_layout(content: bytes, path: Path) -> Layout:
     separator, decimal, thousands, width = _best(body, said[1] if said else None, path)
     usual = "\t" if path.suffix.lower() in (".tsv", ".lvm") or is_lvm(content) else ","
     if separator is not None and separator != (said[1] if said else usual):
-        found.keys["separator"] = _WORDS.get(separator, separator)
-    _find_header(found, plain, lines, separator or usual, decimal, width, path)
-    if decimal == "," or _is_paired(found, separator):
-        found.keys["decimal"] = ","
+        layout.keys["separator"] = _WORDS.get(separator, separator)
+    _find_header(layout, plain, lines, separator or usual, decimal, width, path)
+    if decimal == "," or _is_paired(layout, separator):
+        layout.keys["decimal"] = ","
         if separator == ",":
-            found.keys["separator"] = ","
+            layout.keys["separator"] = ","
     if thousands is not None:
-        found.keys["thousands"] = thousands
-    found.sample_rate = _stated_rate(found.above)
-    return found
+        layout.keys["thousands"] = thousands
+    layout.sample_rate = _stated_rate(layout.above)
+    return layout
 
 
 def decimal_of(layout: Layout) -> tuple[str, str | None]:
@@ -137,7 +137,7 @@ def _readable(rows: list[Row], width: int, decimal: str, thousands: str | None) 
 
 
 def _find_header(
-    found: Layout,
+    layout: Layout,
     plain: list[tuple[int, str]],
     lines: list[tuple[int, str]],
     separator: str,
@@ -157,7 +157,7 @@ def _find_header(
         raise RunError.at(path, "no row of numbers is found", "give a log with its rows")
     at = first - 1
     if at >= 1 and len(flat[at - 1][1]) == len(flat[at][1]) and is_units_row(flat[at][1]):
-        found.units_row = flat[at][1]
+        layout.units_row = flat[at][1]
         at -= 1
     names = [bare(cell) for cell in flat[at][1]] if at >= 0 else []
     hidden = _hidden_header(plain[first][0], lines, separator, width) if at < 0 else []
@@ -167,19 +167,19 @@ def _find_header(
         names = []  # "rate: 50 Hz" is a setting, no name
     fits = len(names) == width or (width % 2 == 0 and len(names) == width // 2)
     if names and fits and any(names) and not all(map(is_number, filter(None, names))):
-        found.header = names
+        layout.header = names
         top = flat[at][0]
     elif hidden:
-        found.header, top = hidden, 1
+        layout.header, top = hidden, 1
     else:
-        found.keys["header"] = False
-        top, found.units_row = flat[first][0], []
+        layout.keys["header"] = False
+        top, layout.units_row = flat[first][0], []
     above = [(n, line) for n, line in plain if n < top]
     if above:
-        found.keys["skip_lines"] = top - 1
-    found.above = [line for n, line in lines if n < top]
-    found.rows = [row for row in flat[first:] if len(row[1]) == width]
-    found.width = width
+        layout.keys["skip_lines"] = top - 1
+    layout.above = [line for n, line in lines if n < top]
+    layout.rows = [row for row in flat[first:] if len(row[1]) == width]
+    layout.width = width
 
 
 def _is_data(cells: list[str], width: int, decimal: str) -> bool:
@@ -207,13 +207,13 @@ def _hidden_header(
     return names if len(names) == width else []
 
 
-def _is_paired(found: Layout, separator: str | None) -> bool:
+def _is_paired(layout: Layout, separator: str | None) -> bool:
     """Whether the comma separates columns and is the decimal sign: half as many names as cells."""
     return (
         separator == ","
-        and bool(found.header)
-        and found.width == 2 * len(found.header)
-        and all(cell.strip().isdigit() for _, row in found.rows[:50] for cell in row[1::2])
+        and bool(layout.header)
+        and layout.width == 2 * len(layout.header)
+        and all(cell.strip().isdigit() for _, row in layout.rows[:50] for cell in row[1::2])
     )
 
 

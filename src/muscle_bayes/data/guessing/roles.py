@@ -91,7 +91,7 @@ def describe_columns(
         decimal: decimal sign.
         thousands: sign between thousands.
     """
-    found = []
+    columns = []
     for at, column in enumerate(cells):
         name = header[at] if at < len(header) else ""
         times = read_times(column, None, decimal, thousands)
@@ -104,7 +104,7 @@ def describe_columns(
             steps = np.diff(good)
         if times.kind != "number":
             likely, unit = "time", None
-        found.append(
+        columns.append(
             Column(
                 at + 1,
                 name if header.count(name) == 1 else "",
@@ -117,7 +117,7 @@ def describe_columns(
                 bool(steps.size > 1 and np.mean(steps > 0) > 0.95 and good[-1] > good[0]),
             )
         )
-    return found
+    return columns
 
 
 def _role(name: str, said: list[SaidUnit]) -> tuple[str, Unit | None]:

@@ -28,12 +28,12 @@ def numbers(
     """
     if decimal == "." and thousands is None:
         try:
-            found = np.array(cells, dtype=np.float64)
+            values = np.array(cells, dtype=np.float64)
         except ValueError:
             pass
         else:
             if not any("_" in cell for cell in cells):  # Python's own digits may be grouped by it
-                return _sane(found)
+                return _sane(values)
     return _sane(np.array([_number(cell, decimal, thousands) for cell in cells], dtype=np.float64))
 
 
@@ -47,8 +47,8 @@ def is_number(cell: str, decimal: str = ".") -> bool:
     return bool(_NUMBER.fullmatch(_bare(cell).replace(decimal, ".")))
 
 
-def _sane(found: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.where(np.abs(found) <= LARGEST, found, np.nan)
+def _sane(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
 def _bare(cell: str) -> str:

@@ -67,10 +67,10 @@ def _recognise(cells: Sequence[str]) -> Kind:
 
 
 def _clock(cell: str) -> float:
-    found = _CLOCK.fullmatch(cell.strip().strip('"'))
-    if found is None:
+    match = _CLOCK.fullmatch(cell.strip().strip('"'))
+    if match is None:
         return np.nan
-    hours, minutes, seconds = found[1] or "0", found[2], found[3].replace(",", ".")
+    hours, minutes, seconds = match[1] or "0", match[2], match[3].replace(",", ".")
     if int(minutes) >= 60 or float(seconds) >= 61:
         return np.nan
     return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)

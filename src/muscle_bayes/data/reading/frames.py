@@ -88,21 +88,21 @@ def _arrays(node: Any, path: Path) -> pd.DataFrame:
             return pd.DataFrame({name: node[name] for name in node.dtype.names})
         values = np.atleast_2d(np.asarray(node))
         return pd.DataFrame({str(at + 1): column for at, column in enumerate(values.T)})
-    found = {
+    arrays = {
         name: item
         for name, item in node.items()
         if isinstance(item, h5py.Dataset) and item.ndim == 1
     }
-    lengths = {item.shape[0] for item in found.values()}
+    lengths = {item.shape[0] for item in arrays.values()}
     if len(lengths) != 1:
-        told = ", ".join(f"{name} {item.shape[0]}" for name, item in found.items())
+        told = ", ".join(f"{name} {item.shape[0]}" for name, item in arrays.items())
         raise RunError.at(
             path,
             f"expected one-dimensional arrays of one length in {node.name}; found {told or 'none'}",
             "add group, the group that holds the columns, to [log]",
             key="log.group",
         )
-    return pd.DataFrame({name: np.asarray(item) for name, item in found.items()})
+    return pd.DataFrame({name: np.asarray(item) for name, item in arrays.items()})
 
 
 def _rows(table: Any, path: Path) -> list[Row]:

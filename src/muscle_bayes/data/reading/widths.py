@@ -92,7 +92,13 @@ def without_blank_rows(rows: list[Row]) -> tuple[list[Row], list[Repair]]:
 def without_repeated_header(rows: list[Row], header: list[str]) -> tuple[list[Row], list[Repair]]:
     """Leave out copies of the header, as a logger writes that is started again."""
     names = [name.strip() for name in header]
-    again = [line for line, row in rows if [bare(cell) for cell in row] == names]
+    again = [
+        line
+        for line, row in rows
+        if len(row) == len(names)
+        and bare(row[0]) == names[0]
+        and all(bare(cell) == name for cell, name in zip(row, names, strict=True))
+    ]
     if not again:
         return rows, []
     lines = set(again)

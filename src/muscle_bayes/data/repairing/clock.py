@@ -106,13 +106,13 @@ def gaps(time: Floats) -> list[tuple[float, float]]:
 def report_gaps(ledger: Ledger) -> None:
     """Report gaps; nothing is filled."""
     time = ledger.columns["time"]
-    found = gaps(time)
-    if not found:
+    long_gaps = gaps(time)
+    if not long_gaps:
         return
-    row = int(ledger.lines[np.searchsorted(time, found[0][1])])
-    longest = max(end - start for start, end in found)
+    row = int(ledger.lines[np.searchsorted(time, long_gaps[0][1])])
+    longest = max(end - start for start, end in long_gaps)
     note = f"spacings of more than {GAP:g} medians, the longest {longest:.4g} s: not filled"
-    ledger.repairs.append(Repair("gap", len(found), row, note))
+    ledger.repairs.append(Repair("gap", len(long_gaps), row, note))
 
 
 def median_spacing(time: Floats) -> float:
