@@ -84,6 +84,8 @@ REPAIRED = {
     "a blank temperature": (with_cells([40], "", 2, with_heat()), HOT, "bad cell", 1),
     "a slower thermometer": (csv("t,x,T", TIME, SWING, [f"{h:.2f}" if i % 10 == 0 else ""
                              for i, h in enumerate(HEAT)]), HOT, "slower sensor", 1),
+    "a position lost for some time": (csv(positions=np.where((TIME > 1) & (TIME < 1.19), -9.0, SWING)),
+                                      toml(), "impossible jump", 9),
     "a position that jumps": (jump(60, 2.5), toml(), "impossible jump", 1),
 }  # fmt: skip
 
@@ -95,13 +97,22 @@ def test_is_repaired_and_said(read, kind):
     run = read(content=content, toml=metadata)
     (repair,) = run.repairs
     assert (repair.rule, repair.count) == (rule, count)
-    assert len(run.table) >= ROWS - 2
+    assert len(run.table) >= ROWS - 9
     assert np.diff(run.table["time"]).min() > 0
     assert np.abs(run.coordinate).max() <= 0.8
     assert run.table["temperature_a"].between(20, 60).all()
 
 
 REFUSED = {
+    "an Excel workbook": (b"PK\x03\x04" + b"\0" * 99, toml(), ["Excel workbook", "save the log as CSV"]),
+    "a gzip archive": (b"\x1f\x8b" + b"\0" * 99, toml(), ["gzip archive"]),
+    "the newest row first": (csv(times=TIME[::-1]), toml(), ["newest row is first", "sort"]),
+    "rows in quotes": ("\n".join(f'"{line}"' for line in csv().splitlines()), toml(),
+                       ["stands in quotes as one cell"]),
+    "a twelve-hour clock": (csv(times=[f"1:00:{t:06.3f} PM" for t in TIME]), toml(),
+                            ["twelve-hour clock", "%I:%M:%S %p"]),
+    "a colon before the fraction": (csv(times=[f"01:00:{int(t):02d}:{t % 1:.3f}".replace(":0.", ":")
+                                    for t in TIME]), toml(), ["colon before the fraction"]),
     "nothing": ("", toml(), ["the log is empty"]),
     "comments only": ("# a\n# b\n", toml(), ["holds comments only", "log.comment"]),
     "one row": (csv()[:14], toml(), ["whole rows", "two rows or more"]),

@@ -67,6 +67,12 @@ LAYOUTS = {
         csv(times=[f"14.04.2021 13:10:{t:09.6f}" for t in TIME]),
         toml(log='time_format = "%d.%m.%Y %H:%M:%S.%f"'),
     ),
+    "a header broken inside quotes": ('"t",x,"a\nb"\n' + csv("", TIME, SWING, TIME), toml()),
+    "typographic minus signs": (csv().replace("-", "\u2212"), toml()),
+    "colon before the fraction": (
+        csv(times=[f"01:00:{int(t):02d}:{t % 1:.3f}".replace(":0.", ":") for t in TIME]),
+        toml(log='time_format = "%H:%M:%S:%f"'),
+    ),
     "milliseconds": (csv(times=TIME * 1e3), toml('time_unit = "ms"')),
     "microseconds": (csv(times=TIME * 1e6), toml('time_unit = "us"')),
     "minutes": (csv(times=TIME / 60, digits=9), toml('time_unit = "min"')),
@@ -142,3 +148,14 @@ def test_a_column_added_midway_is_no_number_of_another(read):
     lines[100:] = [line.replace(",", ",87,") for line in lines[100:]]
     with pytest.raises(RunError, match=r"row 101 .*columns change here: .*added.*Fix: make a run"):
         read(content="\n".join(lines).encode(), toml=toml())
+
+
+@pytest.mark.parametrize("low", [0.0, -180.0])
+def test_angles_logged_within_a_turn_run_on(read, low):
+    turning = 40.0 * TIME**2 + 300.0
+    wrapped = (turning - low) % 360.0 + low
+    metadata = toml('accept_units = ["position"]').replace('"rad"', '"deg"')
+    run = read(content=csv(positions=wrapped).encode(), toml=metadata)
+    (repair,) = run.repairs
+    assert repair.rule == "wrapped angle"
+    assert np.diff(run.coordinate) == pytest.approx(np.deg2rad(np.diff(turning)), abs=1e-6)

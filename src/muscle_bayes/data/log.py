@@ -11,7 +11,7 @@ from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.names import column_label
 from muscle_bayes.data.reading.header import SaidUnit, place, unit_in_name
 from muscle_bayes.data.reading.header_place import take_header, why_not_there
-from muscle_bayes.data.reading.preamble import cell_separator, without_comments
+from muscle_bayes.data.reading.preamble import cell_separator, join_broken_header, without_comments
 from muscle_bayes.data.reading.rows import Row, parse_rows
 from muscle_bayes.data.reading.text import decode, split_lines
 from muscle_bayes.data.reading.widths import (
@@ -100,6 +100,8 @@ def parse_log(
         raise RunError.at(
             path, "the log holds comments only", "give its rows, or correct log.comment"
         )
+    if layout.header and hidden is None:
+        lines = join_broken_header(lines)
     rows, broken = parse_rows(lines, separator)
     spoilt = [line for line, _ in broken]
     return assemble(rows, spoilt, path, columns, layout, ended, repairs, hidden)

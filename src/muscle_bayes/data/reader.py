@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from muscle_bayes.data.checking.column_units import ColumnUnit, column_units
-from muscle_bayes.data.checking.magnitudes import check_magnitudes
+from muscle_bayes.data.checking.magnitudes import check_magnitudes, check_position
 from muscle_bayes.data.checking.stops import refuse_beyond_stops
 from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
 from muscle_bayes.data.errors import RunError
@@ -35,6 +35,7 @@ from muscle_bayes.data.repairing.faults import (
 )
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
+from muscle_bayes.data.repairing.turns import unwrap_turns
 from muscle_bayes.data.run import COLUMNS, Run
 from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
@@ -200,7 +201,10 @@ def _repair(
     _refuse_few_rows(ledger)
     if metadata.position_unit == COUNTS and metadata.potentiometer is not None:
         drop_glitches(ledger, metadata.potentiometer.bits or CONVERTER_BITS)
+    if metadata.output.kind == "angle":
+        unwrap_turns(ledger, metadata.output.factor)
     drop_jumps(ledger)
+    check_position(ledger, units, metadata)
     for key in ("temperature_a", "temperature_b"):
         if key in ledger.columns:
             hold_temperature(ledger, key)

@@ -43,6 +43,18 @@ _CAUSES: tuple[tuple[str, str, str, str], ...] = (
         "log.decimal",
     ),
     (
+        r"\d{1,2}:\d\d(:\d\d([.,]\d*)?)?\s*[AaPp]\.?[Mm]\.?",
+        "are times of a twelve-hour clock",
+        'add time_format = "%I:%M:%S %p" to [log]',
+        "log.time_format",
+    ),
+    (
+        r"\d{1,2}:\d\d:\d\d:\d+",
+        "have a colon before the fraction of a second",
+        'add time_format = "%H:%M:%S:%f" to [log]',
+        "log.time_format",
+    ),
+    (
         r"\d{1,4}:\d\d(:\d\d(\.\d*)?)?",
         "are times of day",
         'give time_format = "hms" in [log] where this is the time, or name another column',

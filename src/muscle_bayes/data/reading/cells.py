@@ -52,7 +52,7 @@ def _sane(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _bare(cell: str) -> str:
-    return cell.strip().strip('"').strip()
+    return cell.strip().strip('"').strip().replace("\u2212", "-")  # the typographic minus sign
 
 
 def _number(cell: str, decimal: str, thousands: str | None) -> float:

@@ -55,6 +55,8 @@ def why_not_there(
                     f'the columns are separated by {word!r}: add separator = "{word}" to [log], '
                     'or separate the columns by commas (decimal = "," where numbers have one)'
                 )
+        if width == 1 and rows and all("," in cells[0] for _, cells in rows[:20]):
+            return "each row stands in quotes as one cell: export it without them"
         if width == 1 and rows and all(len(cells[0].split()) > 1 for _, cells in rows[:20]):
             return 'the columns are separated by blanks: add separator = "space" to [log]'
     return ""

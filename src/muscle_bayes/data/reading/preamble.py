@@ -13,6 +13,7 @@ from muscle_bayes.data.repairing.ledger import Repair
 Lines = list[tuple[int, str]]
 """Numbers of lines in the file, from 1, and their text."""
 
+_MOST_HEADER_LINES = 8
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?,*\s*', re.IGNORECASE)
 
 
@@ -53,3 +54,14 @@ def without_comments(
         if row and first and len(row[0][1]) == len(first[0][1]) and all(map(is_number, values)):
             hidden = row[0]
     return kept, [repair], hidden
+
+
+def join_broken_header(lines: Lines) -> Lines:
+    """The lines with a header that is broken inside quotes made one, as spreadsheets break it."""
+    if not lines or lines[0][1].count('"') % 2 == 0:
+        return lines
+    for end in range(2, min(len(lines), _MOST_HEADER_LINES) + 1):
+        text = " ".join(line for _, line in lines[:end])
+        if text.count('"') % 2 == 0:
+            return [(lines[0][0], text), *lines[end:]]
+    return lines

@@ -6,6 +6,15 @@ from pathlib import Path
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Repair
 
+_OTHER_KINDS = {
+    b"PK\x03\x04": "an Excel workbook or a zip archive",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook",
+    b"\x1f\x8b": "a gzip archive",
+    b"PAR1": "a Parquet table",
+    b"\x89HDF": "an HDF5 file",
+    b"MATLAB 5.0": "MATLAB variables",
+    b"%PDF": "a PDF document",
+}
 _NUL_SHARE = 0.3
 """Share of zero bytes in the first kilobyte above which text is taken for UTF-16 without a mark."""
 
@@ -21,6 +30,13 @@ def decode(content: bytes, path: Path, encoding: str | None) -> tuple[str, list[
     Raises:
         RunError: the bytes are not text of that encoding.
     """
+    for mark, kind in _OTHER_KINDS.items():
+        if content.startswith(mark):
+            raise RunError.at(
+                path,
+                f"holds {kind}, no text",
+                "save the log as CSV, or give it the name it should have",
+            )
     if encoding is not None:
         try:
             return content.decode(encoding).removeprefix("\ufeff"), []

@@ -25,6 +25,14 @@ def refuse_falling_time(ledger: Ledger) -> None:
     """
     time = ledger.columns["time"]
     back = np.flatnonzero(np.diff(time) < 0) + 1
+    if back.size > max(2.0, 0.9 * time.size):
+        raise RunError.at(
+            ledger.path,
+            f"the time column falls, from {time[0]:.6g} to {time[-1]:.6g} s: the newest row is first",
+            "sort the rows by time",
+            row=int(ledger.lines[back[0]]),
+            column=ledger.names["time"],
+        )
     if back.size > max(2.0, _MOST_BACK * time.size):
         row = int(back[0])
         raise RunError.at(

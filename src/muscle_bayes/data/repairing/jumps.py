@@ -10,6 +10,8 @@ _FASTER: Final = 5.0
 """A failed reading jumps by more than this many of the largest steps that the signal else makes."""
 _FASTER_TO_FAILURE: Final = 2.5
 """The same where it jumps to a value that failed sensors are known to show."""
+_FASTER_FOR_LONG: Final = 10.0
+"""The same where the value stands for more rows than a single reading does."""
 _RETURNS: Final = 0.4
 """The signal comes back to where it was within this share of the jump."""
 _LONGEST: Final = 3
@@ -50,7 +52,7 @@ def find_jumps(values: Floats, floor: float = 0.0, failures: tuple[float, ...] =
         out, back = step[:-1], step[1:]
         least = np.minimum(np.abs(out), np.abs(back))
         spike = (out * back < 0) & (np.abs(out + back) <= _RETURNS * least)
-        spike &= length[1:-1] <= longest
+        spike &= length[1:-1] <= _REPEATED
         spike &= np.isfinite(least)
     if not spike.any():
         return mask
@@ -65,7 +67,9 @@ def find_jumps(values: Floats, floor: float = 0.0, failures: tuple[float, ...] =
     if own == 0.0:
         return mask
     known = np.isin(level[1:-1], failures)
-    wild = spike & (least > np.where(known, _FASTER_TO_FAILURE, _FASTER) * own)
+    faster = np.where(known, _FASTER_TO_FAILURE, _FASTER)
+    faster = np.where(length[1:-1] > longest, _FASTER_FOR_LONG, faster)
+    wild = spike & (least > faster * own)
     for at in np.flatnonzero(wild) + 1:
         # Between two failed readings a sound one jumps and comes back too: it is near its neighbours.
         near = np.median(level[max(at - _AROUND, 0) : at + _AROUND + 1])
