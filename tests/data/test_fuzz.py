@@ -276,7 +276,7 @@ def _use(run: Run) -> None:
         assert run.table[key].notna().all(), key
     assert len(run.output) == len(run.table)
     assert run.stops[0] < run.stops[1]
-    _ = run.load_steps, run.gaps, run.sensor, run.heat_time
+    _ = run.load_steps, run.gaps, run.output_sensor, run.heat_time
 
 
 def _says_how_to_fix(error: MuscleBayesError) -> None:

@@ -157,6 +157,8 @@ def test_a_velocity_is_measured_as_one(read, unit):
     assert run.output == pytest.approx(SWING * unit_of(unit, ("angular velocity",)).factor)
     with pytest.raises(RunError, match="measures a velocity"):
         _ = run.coordinate
+    with pytest.raises(RunError, match=r"measures a velocity.*Fix"):
+        _ = run.sensor
 
 
 def test_no_spelling_hint_between_units(read):

@@ -89,9 +89,21 @@ class Run:
         return self.table["time"].to_numpy() - (0.0 if meter is None else meter.delay)
 
     @cached_property
-    def sensor(self) -> Sensor:
-        """Conversion between readings and the rotor coordinate."""
+    def output_sensor(self) -> Sensor:
+        """Conversion between readings and what was measured: the coordinate, or its rate."""
         return sensor_of(self.metadata, self.table["reading"].to_numpy())
+
+    @property
+    def sensor(self) -> Sensor:
+        """Conversion between readings and the rotor coordinate. Raises RunError of velocities."""
+        if self.measured == "velocity":
+            raise RunError.at(
+                self.path or self.name,
+                f"the log measures a velocity, in {self.unit}, where a position is needed",
+                "log the position, or integrate the velocity to one",
+                key="columns.position_unit",
+            )
+        return self.output_sensor
 
     @property
     def measured(self) -> Measured:
@@ -107,19 +119,12 @@ class Run:
     @cached_property
     def output(self) -> np.ndarray:
         """What was measured, in SI: rad or m, or rad/s or m/s, shape (rows,)."""
-        return self.sensor.coordinate(self.table["reading"].to_numpy())
+        return self.output_sensor.coordinate(self.table["reading"].to_numpy())
 
     @cached_property
     def coordinate(self) -> np.ndarray:
         """Rotor coordinate of each row, rad or m, shape (rows,). Raises RunError of velocities."""
-        if self.measured == "velocity":
-            raise RunError.at(
-                self.path or self.name,
-                f"the log measures a velocity, in {self.unit}, where a position is needed",
-                "log the position, or integrate the velocity to one",
-                key="columns.position_unit",
-            )
-        return self.output
+        return self.sensor.coordinate(self.table["reading"].to_numpy())
 
     @cached_property
     def load_steps(self) -> tuple[float, ...]:

@@ -50,7 +50,7 @@ def _position(axis: Axes, run: Run) -> None:
     for step in run.load_steps:
         axis.axvline(step, color=GREY, linewidth=0.8, linestyle=":")
     axis.set_ylabel(f"{run.measured} reading [{run.unit}]")
-    sensor = run.sensor
+    sensor = run.output_sensor
     linear = run.metadata.fixture.motion == "linear"
     per_unit, label = (1e3, "x [mm]") if linear else (180.0 / np.pi, r"$\theta$ [deg]")
     if run.measured == "velocity":

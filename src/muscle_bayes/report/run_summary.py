@@ -29,9 +29,9 @@ def summarise(run: Run) -> dict[str, Any]:
         "position": {
             "unit": run.unit,
             "reading": _range(table["reading"].to_numpy()),
-            "resolution": run.sensor.resolution,
-            "zero": run.sensor.zero,
-            "zero_uncertainty": run.sensor.zero_uncertainty,
+            "resolution": run.output_sensor.resolution,
+            "zero": run.output_sensor.zero,
+            "zero_uncertainty": run.output_sensor.zero_uncertainty,
             "measured": run.measured,
             "coordinate_unit": ("m" if linear else "rad") + ("/s" if velocity else ""),
             "coordinate": _range(run.output),
