@@ -110,7 +110,7 @@ def joint_draws(
     group = posterior.tree["posterior"].to_dataset()
     if missing := [name for name in needed if name not in group]:
         raise MuscleBayesError(
-            f"the posterior has no {', '.join(missing)}. Mend: fit runs with a muscle, "
+            f"the posterior has no {', '.join(missing)}. Fix: fit runs with a muscle, "
             "`muscle-bayes fit STAIRCASE_RUN... --given FIXTURE.nc --out MUSCLE.nc`"
         )
     generator = np.random.default_rng(seed)
