@@ -264,4 +264,11 @@ def _joined(chunks: list[list[_Rows]], problem: Problem) -> Draws:
             value = np.log(value)
         columns.append(value.reshape(*value.shape[:2], -1))
     vector = np.concatenate(columns, axis=2)
-    return Draws(vector, *whole[1:5], log_density=-whole.potential)
+    return Draws(
+        vector=vector,
+        diverging=whole.diverging,
+        steps=whole.steps,
+        acceptance=whole.acceptance,
+        energy=whole.energy,
+        log_density=-whole.potential,
+    )
