@@ -146,7 +146,7 @@ def gibbs_kernel(
     model: CalibrationModel,
     slices: Slices,
     target_acceptance: float = 0.75,
-    max_tree_depth: int = 7,
+    max_tree_depth: int = 5,
 ) -> Gibbs:
     """NumPyro's kernel for a model: slices of minimum forces and noise, then NUTS over the rest.
 
