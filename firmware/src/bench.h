@@ -11,8 +11,8 @@
 #include "safety.h"
 #include "text.h"
 
-#define PROTOCOL_VERSION 1
-#define FIRMWARE_VERSION 1
+#define PROTOCOL_VERSION 2
+#define FIRMWARE_VERSION 2
 
 /* Reset causes as the ATmega328P's MCUSR tells them; 0 where a boot loader has hidden it. */
 enum reset_cause { RESET_POWER_ON = 1, RESET_EXTERNAL = 2, RESET_BROWN_OUT = 4, RESET_WATCHDOG = 8 };
@@ -47,11 +47,13 @@ struct bench {
     uint16_t stream_number;
     uint16_t garbled;           /* frames with a wrong checksum */
     uint8_t told_faults;
+    uint16_t notice_ms;         /* until an old script is told again of latched faults */
+    bool store;                 /* the tubes' calibration is to be stored, then clear this */
     struct text out;            /* to be sent, then cleared, after every call */
     struct old_outcome pin;     /* board access that the old protocol asks for */
 };
 
-void bench_start(struct bench *b, struct start start);
+void bench_start(struct bench *b, struct start start, const struct memory *memory);
 void bench_byte(struct bench *b, uint8_t byte);
 void bench_tick(struct bench *b);
 void bench_sample(struct bench *b, struct sample sample);

@@ -7,8 +7,15 @@
 
 #include "bench.h"
 
-/* Everything ready, heaters off, watchdog running, interrupts on; tells how the board came up. */
-struct start board_start(void);
+/* Everything ready, heaters off, watchdog running, interrupts on; tells how the board came up, and
+ * what it knows of the tubes. */
+struct start board_start(struct memory *memory);
+
+/* Keep what is known of the tubes through a reset, and that one is hot through a loss of power. */
+void board_remember(const struct safety *safety);
+
+/* Keep the tubes' calibration for good; takes 40 ms at most. */
+void board_store_tubes(const struct tube tube[CHANNELS]);
 
 /* Milliseconds that have passed since the last call. */
 uint8_t board_take_ticks(void);

@@ -83,7 +83,7 @@ def test_frames_as_written_down():
             "!BOOT 1 3 65535 8 HEATER",
             Boot(Identity(1, 3, 65535, ResetCause.WATCHDOG, Role.HEATER)),
         ),
-        ("!FAULT 5", FaultReport(Fault.DEADMAN | Fault.ON_TIME)),
+        ("!FAULT 5", FaultReport(Fault.DEADMAN | Fault.HEAT)),
         ("!CRC 12", ChecksumReport(12)),
     ],
 )

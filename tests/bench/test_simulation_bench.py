@@ -173,7 +173,7 @@ def test_what_is_no_board_is_told_from_one():
 def test_the_board_keeps_what_it_was_told(bench):
     board = Board(bench.heater_board, bench.clock)
     assert board.identify().role is Role.HEATER
-    assert board.limit(100, 5000, 90.0) == (100, 5000, 90.0)
+    assert board.limit(100, 80.0, 90.0) == (100, 80.0, 90.0)
     hold(bench, board, 0.1, 200, 50)
     assert board.heat is not None
     assert board.heat.duties == (100, 50)

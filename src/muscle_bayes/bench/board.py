@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Final
 
 from muscle_bayes.bench.clock import Clock
+from muscle_bayes.bench.heat_model import TubeModel
 from muscle_bayes.bench.protocol import (
     ERRORS,
     Boot,
@@ -124,11 +125,24 @@ class Board:
         """Have samples sent every so many ms; 0 ends it. Waits for the answer."""
         self.request("STREAM", period_ms)
 
-    def limit(self, duty: int, on_ms: int, temperature: float) -> tuple[int, int, float]:
-        """Tighten highest duty, time above half power [ms] and temperature [C]; those in force."""
-        values = self.request("LIMIT", duty, on_ms, _tenths(temperature))
+    def limit(self, duty: int, rise: float, temperature: float) -> tuple[int, float, float]:
+        """Tighten highest duty, modelled rise [C] and reported temperature [C]; those in force."""
+        values = self.request("LIMIT", duty, _tenths(rise), _tenths(temperature))
         in_force = [value for value in values if isinstance(value, int)]
-        return in_force[0], in_force[1], in_force[2] / 10
+        return in_force[0], in_force[1] / 10, in_force[2] / 10
+
+    def tubes(self) -> tuple[TubeModel | None, TubeModel | None]:
+        """How the heater tubes are calibrated, None where one is not."""
+        values = [int(value or 0) for value in self.request("TUBES")]
+        first, second = (
+            TubeModel(gain, cooling) if gain else None
+            for gain, cooling in zip(values[::2], values[1::2], strict=True)
+        )
+        return first, second
+
+    def calibrate_tube(self, channel: int, tube: TubeModel) -> None:
+        """Store the calibration of tube 0 or 1 on the board. Raises BoardError."""
+        self.request("TUBE", channel, tube.gain, tube.cooling)
 
     def clear(self) -> None:
         """Clear latched faults. Raises BoardError while the cause of one lasts."""

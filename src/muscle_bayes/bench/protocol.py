@@ -1,4 +1,4 @@
-"""The boards' line protocol, version 1: bytes to messages and back, as pure functions.
+"""The boards' line protocol, version 2: bytes to messages and back, as pure functions.
 
 A frame is `<start><body>*HHHH` and LF, at most 80 characters before the LF; HHHH is the
 CRC-16/CCITT-FALSE of start and body. `messages.MESSAGES` describes what stands in it.

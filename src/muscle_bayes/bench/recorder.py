@@ -30,7 +30,10 @@ other, and none would tell the board's clock. 29 ms in all: whatever the stream'
 every millisecond of it sooner or later."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
-_FIRST_READING: Final = 10.0
+UNCALIBRATED_RISE: Final = 12.0
+"""Highest setpoint above the room for a heater that is not calibrated, C."""
+FIRST_READING: Final = 10.0
+"""s that the meter has for its first reading."""
 _HEATERS: Final = {
     True: "Heaters are off;",
     False: "The heater board does not answer: it switches its heaters off by itself within 0.5 s;",
@@ -80,14 +83,20 @@ class Recorder:
     ) -> None:
         self._settings = settings = settings or Settings()
         self._devices = devices
+        self._plan = plan
         self._clock = devices.clock
         self._file = file
         self._operator = operator
         self._view = view or NoView()
         self._begun = self._clock.now()
-        self._heating = Heating((_needs(plan, file, "a"), _needs(plan, file, "b")))
+        room = file.metadata.fixture.room_temperature
+        self._heating = Heating(
+            (_needs(plan, file, "a"), _needs(plan, file, "b")),
+            room=room,
+            max_duty=settings.limits.max_duty,
+        )
         self._stream = SampleStream(self._clock, settings.period, self._tell)
-        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell)
+        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell, room)
         self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
         self._sensor = sensor_of(file.metadata, [0])
         self._stop = StopWatch(settings.stop, self._sensor)
@@ -128,11 +137,12 @@ class Recorder:
     def _start(self) -> None:
         meter = self._devices.meter.device
         assert meter is not None, "the devices are open"
-        self._heating.take(first_reading(meter, self._clock, _FIRST_READING))
+        self._heating.take(first_reading(meter, self._clock, FIRST_READING))
         self._heating.begin(self._clock.now())
         if self._heating.trouble is not None:
             raise RecordingError(self._heating.trouble)
         self._guard.start()
+        self._refuse_uncalibrated()
         wall_time = self._settings.wall_time
         self._tell(
             "start",
@@ -147,6 +157,24 @@ class Recorder:
         self._next_control = now
         self._next_figures = now + FIGURES_EVERY
         self._begin_stage(now)
+
+    def _refuse_uncalibrated(self) -> None:
+        """A board that does not know its tubes lets them get little warmer than the room."""
+        room = self._file.metadata.fixture.room_temperature
+        for channel in self._heating.channels:
+            highest = max(
+                (
+                    getattr(stage, f"setpoint_{channel.side}") or 0.0
+                    for stage in self._plan.once_through()
+                ),
+                default=0.0,
+            )
+            if channel.model.model is None and highest > room + UNCALIBRATED_RISE:
+                raise RecordingError(
+                    f"heater {channel.side.upper()} is not calibrated, and {highest:g} C is more "
+                    f"than {UNCALIBRATED_RISE:g} C above the room. Mend: run `muscle-bayes "
+                    "calibrate-heaters` once, with thermocouples and heaters in their tubes"
+                )
 
     def _turn(self) -> str:
         """One look at everything; why the run is over, or nothing."""
