@@ -412,10 +412,10 @@ def test_recorded_runs_are_left_out_and_broken_ones_recorded_again(tmp_path):
     with pytest.raises(StoppedError):
         first.record()
     second = Trial(tmp_path, runs)
-    assert second.session.recorded() == ("part-0",)
+    assert second.session.recorded() == {"part-0": "part-0"}
     assert [outcome.name for outcome in second.record()] == ["part-1-again", "part-2"]
     third = Trial(tmp_path, runs)
-    assert third.session.recorded() == ("part-0", "part-1", "part-2")
+    assert tuple(third.session.recorded()) == ("part-0", "part-1", "part-2")
     assert third.record() == []
 
 

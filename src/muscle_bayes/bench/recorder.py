@@ -7,6 +7,7 @@ from itertools import cycle
 from math import isfinite
 from typing import Any, Final, Literal
 
+from muscle_bayes.bench.board import HeaterState
 from muscle_bayes.bench.course import Course, describe
 from muscle_bayes.bench.devices import Devices
 from muscle_bayes.bench.guard import Guard, RecordingError
@@ -100,7 +101,7 @@ class Recorder:
         self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
         self._sensor = sensor_of(file.metadata, [0])
         self._stop = StopWatch(settings.stop, self._sensor)
-        self._rows = RowWriter(file, self._heating, settings.period, self._tell)
+        self._rows = RowWriter(file, self._heating, settings.period, self._tell, self._heater_state)
         self._asked_since = 0.0
         self._next_control = self._next_shown = self._next_figures = 0.0
 
@@ -146,6 +147,7 @@ class Recorder:
         wall_time = self._settings.wall_time
         self._tell(
             "start",
+            stages=self._course.total,
             unix_time=None if wall_time is None else round(wall_time(), 3),
             **{
                 link.name: _plain(vars(link.device.identity))
@@ -157,6 +159,10 @@ class Recorder:
         self._next_control = now
         self._next_figures = now + FIGURES_EVERY
         self._begin_stage(now)
+
+    def _heater_state(self) -> HeaterState | None:
+        board = self._devices.heater.device
+        return None if board is None else board.heat
 
     def _refuse_uncalibrated(self) -> None:
         """A board that does not know its tubes lets them get little warmer than the room."""
@@ -190,7 +196,7 @@ class Recorder:
         if now >= self._next_figures:
             self._next_figures = now + FIGURES_EVERY
             self._tell("figures", **self._figures())
-            if self._file.metadata.thermometer is None:
+            if not self._file.delay_known:
                 self._tell_delay()
         return reason
 

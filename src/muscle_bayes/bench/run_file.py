@@ -9,11 +9,13 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.data import HEADER, Load, Metadata, Thermometer
+from muscle_bayes.data import HEADER, HEATER_HEADER, Load, Metadata, Thermometer
+from muscle_bayes.data.events import EVENTS_SUFFIX
+from muscle_bayes.data.events import read_events as read_events
 from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
-EVENTS_SUFFIX: Final = ".events.jsonl"
+LOG_HEADER: Final = (*HEADER, *HEATER_HEADER)
 TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
@@ -22,6 +24,8 @@ in a sawtooth that was tried)."""
 DELAY_UNCERTAINTY: Final = 0.2
 """Standard uncertainty of a measured delay, s: half the time between two measurements of the meter. The
 host sees when digits come, not when within that time they were measured."""
+UNKNOWN_DELAY: Final = 0.3
+"""Standard uncertainty of the delay before it is measured, s."""
 _MASS_DECIMALS: Final = 6
 
 
@@ -45,10 +49,14 @@ class Row:
     """whether the temperatures are new"""
     reading: int
     """counts"""
+    duties: tuple[int, int] | None = None
+    """of both heaters, of 255; None while the heater board does not answer"""
+    faults: int | None = None
+    """latched on the heater board"""
 
 
 def format_row(row: Row) -> bytes:
-    """The row in the order of HEADER, with its line end; a heater that is off has setpoint 0.0."""
+    """The row in the order of LOG_HEADER, with its line end; a heater that is off has setpoint 0.0."""
     cells = (
         f"{row.time:.{TIME_DECIMALS}f}",
         _celsius(row.temperature_a),
@@ -59,6 +67,8 @@ def format_row(row: Row) -> bytes:
         str(int(row.stable_b)),
         str(int(row.update)),
         str(row.reading),
+        *(("", "") if row.duties is None else map(str, row.duties)),
+        "" if row.faults is None else str(row.faults),
     )
     return (",".join(cells) + "\n").encode()
 
@@ -76,6 +86,10 @@ class RunFile:
         """Raises RunFileError where the name is taken or nothing can be written."""
         self.name = name
         self.path = folder / f"{name}.csv"
+        if metadata.thermometer is None:
+            # Nobody has measured the meter's delay yet; a run that is killed now must not say zero.
+            unknown = Thermometer(delay_uncertainty=UNKNOWN_DELAY)
+            metadata = metadata.model_copy(update={"thermometer": unknown})
         self.metadata = metadata
         self.rows = 0
         self._first = b""
@@ -132,6 +146,11 @@ class RunFile:
         delay = round(delay, TIME_DECIMALS)
         self._amend(thermometer=Thermometer(delay=delay, delay_uncertainty=DELAY_UNCERTAINTY))
 
+    @property
+    def delay_known(self) -> bool:
+        """Whether the metadata say by how much temperatures are late."""
+        return self.metadata.thermometer is not None and self.metadata.thermometer.delay is not None
+
     def note(self, text: str) -> None:
         """Add a sentence to the metadata's notes. Raises RunFileError."""
         self._amend(notes=" ".join(filter(None, (self.metadata.notes, text))))
@@ -147,7 +166,7 @@ class RunFile:
         partial = self.path.with_name(f".{self.path.name}.part")
         try:
             log = _Lines(partial)
-            log.write((", ".join(HEADER) + "\n").encode() + rows)
+            log.write((", ".join(LOG_HEADER) + "\n").encode() + rows)
             partial.rename(self.path)
         except OSError:
             partial.unlink(missing_ok=True)
@@ -215,28 +234,6 @@ def run_files(folder: Path, name: str) -> tuple[Path, Path, Path]:
     """Log, metadata and events of a run."""
     log = folder / f"{name}.csv"
     return log, log.with_suffix(".toml"), log.with_suffix(EVENTS_SUFFIX)
-
-
-def read_events(log: Path) -> list[dict[str, Any]]:
-    """What happened during a run, oldest first; a line cut short is left out."""
-    path = log.with_suffix(EVENTS_SUFFIX)
-    if not path.exists():
-        return []
-    events = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        with suppress(ValueError):
-            events.append(json.loads(line))
-    return events
-
-
-def is_complete(folder: Path, name: str) -> bool:
-    """Whether a run, or a later attempt at it, was recorded to its end."""
-    return any(
-        event.get("event") == "end" and event.get("complete")
-        for log in (folder / f"{name}.csv", *folder.glob(f"{name}-again*.csv"))
-        if log.exists()
-        for event in read_events(log)
-    )
 
 
 def free_name(folder: Path, name: str) -> str:

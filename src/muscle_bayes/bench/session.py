@@ -10,11 +10,11 @@ from muscle_bayes.bench.meter import first_reading
 from muscle_bayes.bench.operator import Operator
 from muscle_bayes.bench.recorder import FIRST_READING, Outcome, Recorder, Settings, StoppedError
 from muscle_bayes.bench.room import far_from_room
-from muscle_bayes.bench.run_file import RunFile, free_name, is_complete, run_files
+from muscle_bayes.bench.run_file import RunFile, free_name, run_files
 from muscle_bayes.bench.sequence import RunPlan, Sequence
 from muscle_bayes.bench.sequence_file import SequenceError, run_metadata
 from muscle_bayes.bench.status import NoView, View
-from muscle_bayes.data import Origin
+from muscle_bayes.data import Origin, complete_attempt
 
 _LOOK: Final = 0.05
 
@@ -43,9 +43,10 @@ class Session:
         """Every run of the sequence."""
         return self.sequence.runs(self.path.stem)
 
-    def recorded(self) -> tuple[str, ...]:
-        """Names of the runs that are recorded already."""
-        return tuple(p.name for p in self.plans() if is_complete(self.folder, p.name))
+    def recorded(self) -> dict[str, str]:
+        """Runs that are recorded already, each with the name of the attempt that was complete."""
+        attempts = {p.name: complete_attempt(self.folder, p.name) for p in self.plans()}
+        return {name: attempt for name, attempt in attempts.items() if attempt is not None}
 
     def check(self) -> None:
         """Raise SequenceError where a run's metadata cannot be made; nothing is written."""

@@ -8,6 +8,8 @@ from muscle_bayes.data.elements import (
     SpringElement,
 )
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.events import complete_attempt, read_events, recording_of, without_broken_off
+from muscle_bayes.data.heater_columns import HEATER_HEADER
 from muscle_bayes.data.log import HEADER
 from muscle_bayes.data.metadata import Metadata, Origin, Protocol
 from muscle_bayes.data.metadata_file import read_metadata
@@ -20,6 +22,7 @@ from muscle_bayes.data.writer import write_run
 
 __all__ = [
     "HEADER",
+    "HEATER_HEADER",
     "ArmElement",
     "Columns",
     "Element",
@@ -37,9 +40,13 @@ __all__ = [
     "Sensor",
     "SpringElement",
     "Thermometer",
+    "complete_attempt",
     "find_runs",
+    "read_events",
     "read_metadata",
     "read_run",
     "read_runs",
+    "recording_of",
+    "without_broken_off",
     "write_run",
 ]

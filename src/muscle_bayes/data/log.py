@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.heater_columns import with_heater_columns
 from muscle_bayes.data.repair import Repair
 from muscle_bayes.data.tables import Columns
 
@@ -61,7 +62,7 @@ def parse_log(content: bytes, path: Path, columns: Columns | None) -> RawLog:
     if not rows:
         raise RunError.at(path, "the log is empty", "give the log with its header and its rows")
     header = [_bare(name) for name in rows.pop(0)[1]]
-    names = _wanted(columns)
+    names = with_heater_columns(_wanted(columns), header, own=columns is None)
     places = {key: _place(header, name, path, columns) for key, name in names.items()}
     if columns is None:
         for name in HEADER:

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion, PositionUnit
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.mass import check_mass
 
 
 def _as_tuple(value: Any) -> Any:
@@ -59,8 +60,9 @@ class Potentiometer(Table):
 class Thermometer(Table):
     """What measures the temperature columns."""
 
-    delay: Annotated[float, Field(ge=-10, le=10)]
-    """s by which temperatures are logged later than the readings of the same instant"""
+    delay: Annotated[float, Field(ge=-10, le=10)] | None = None
+    """s by which temperatures are logged later than the readings of the same instant; absent =
+    unknown: fits take 0 and estimate it within delay_uncertainty"""
     delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 
@@ -109,6 +111,15 @@ class Load(Table):
 
     time: Steps
     mass: Steps
+
+    @model_validator(mode="after")
+    def _masses_are_kilograms(self) -> "Load":
+        for mass in self.mass:
+            try:
+                check_mass(mass)
+            except ValueError as error:
+                raise ValueError(f"mass{error}") from None
+        return self
 
     @model_validator(mode="after")
     def _steps_are_a_table(self) -> "Load":
