@@ -11,6 +11,7 @@ from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.fit import fit
+from muscle_bayes.cli.flash import flash
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
@@ -57,6 +58,7 @@ app.command("simulate")(guarded(simulate))
 app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))
 app.command("calibrate-heaters")(guarded(calibrate_heaters))
+app.command("flash")(guarded(flash))
 app.command("record")(guarded(record))
 app.command("bench-test")(guarded(bench_test))
 app.command("robustness")(guarded(robustness))
