@@ -49,6 +49,8 @@ void bench_start(struct bench *b, struct start start, const struct memory *memor
     b->start = start;
     b->dialect = DIALECT_OPEN;
     b->sampled = false;
+    b->oldest = 0;
+    b->sum = 0;
     b->stream_period_ms = 0;
     b->stream_wait_ms = 0;
     b->stream_number = 0;
@@ -56,6 +58,7 @@ void bench_start(struct bench *b, struct start start, const struct memory *memor
     b->told_faults = b->safety.faults;
     b->notice_ms = 0;
     b->store = false;
+    b->fan = false;
     b->pin = (struct old_outcome){OLD_NOTHING, 0, 0};
     text_begin(&b->out, '!');
     text_word(&b->out, "BOOT");
@@ -169,6 +172,15 @@ void bench_tick(struct bench *b)
 
 void bench_sample(struct bench *b, struct sample sample)
 {
+    if (!b->sampled) {
+        for (uint8_t i = 0; i < AVERAGED; i++) {
+            b->recent[i] = sample.adc;
+        }
+        b->sum = (uint16_t)(AVERAGED * sample.adc);
+    }
+    b->sum = (uint16_t)(b->sum - b->recent[b->oldest] + sample.adc);
+    b->recent[b->oldest] = sample.adc;
+    b->oldest = (uint8_t)((b->oldest + 1) % AVERAGED);
     b->latest = sample;
     b->sampled = true;
     if (b->stream_period_ms == 0) {

@@ -31,6 +31,9 @@ struct sample {
     uint16_t adc;
 };
 
+#define AVERAGED 8                  /* conversions, one a millisecond, whose sum is told */
+#define AVERAGED_SPAN_US 7000ul
+
 enum dialect { DIALECT_OPEN, DIALECT_OLD, DIALECT_FRAMED };
 
 struct bench {
@@ -39,15 +42,22 @@ struct bench {
     struct start start;
     struct frame frame;
     struct old_protocol old;
-    enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
+    #define AVERAGED 8                  /* conversions, one a millisecond, whose sum is told */
+#define AVERAGED_SPAN_US 7000ul
+
+enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
     struct sample latest;
     bool sampled;
+    uint16_t recent[AVERAGED];  /* conversions, the oldest at `oldest` */
+    uint8_t oldest;
+    uint16_t sum;               /* of them: the angle to an eighth of a count, where noise dithers it */
     uint16_t stream_period_ms;  /* 0: no stream */
     uint16_t stream_wait_ms;
     uint16_t stream_number;
     uint16_t garbled;           /* frames with a wrong checksum */
     uint8_t told_faults;
     uint16_t notice_ms;         /* until an old script is told again of latched faults */
+    bool fan;                   /* on, by FAN */
     bool store;                 /* the tubes' calibration is to be stored, then clear this */
     struct text out;            /* to be sent, then cleared, after every call */
     struct old_outcome pin;     /* board access that the old protocol asks for */

@@ -35,6 +35,9 @@ void board_send(const char *data, uint8_t length);
 /* Heater duty of channel 0 (pin 6) or 1 (pin 5). */
 void board_heat(uint8_t channel, uint8_t duty);
 
+/* The fan's pin, 7. */
+void board_fan(bool on);
+
 /* Both heaters off, every register concerned written anew. */
 void board_heaters_off(void);
 

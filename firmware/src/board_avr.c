@@ -15,6 +15,7 @@
 #define HEATER_B PORTD5             /* Arduino pin 5, OC0B */
 #define HEATERS (_BV(HEATER_A) | _BV(HEATER_B))
 #define STRAP PORTD4                /* Arduino pin 4 to GND makes a heater board */
+#define FAN PORTD7                  /* Arduino pin 7 */
 #define LAMP PORTB5                 /* the board's own lamp, pin 13: a heater is on */
 
 #define BAUD_DIVISOR 16             /* 115200 (+2.1 %) with U2X at 16 MHz, as on every Uno */
@@ -186,6 +187,8 @@ struct start board_start(struct memory *memory)
     start.was_heating = heating_mark == HEATING_MARK;
     board_heaters_off();
     DDRB |= _BV(LAMP);
+    board_fan(false);
+    DDRD |= _BV(FAN);
     PORTD |= _BV(STRAP);
     start.boot = count_boot();
     recall(memory, start.cause);
@@ -383,4 +386,13 @@ void board_idle(void)
         SMCR = 0;
     }
     sei();
+}
+
+void board_fan(bool on)
+{
+    if (on) {
+        PORTD |= _BV(FAN);
+    } else {
+        PORTD &= (uint8_t)~_BV(FAN);
+    }
 }

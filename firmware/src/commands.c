@@ -37,8 +37,8 @@ static void duties_and_faults(struct bench *b)
 
 void command_sample(struct bench *b)
 {
-    text_number(&b->out, b->latest.micros);
-    text_number(&b->out, b->latest.adc);
+    text_number(&b->out, (uint32_t)(b->latest.micros - AVERAGED_SPAN_US / 2));
+    text_number(&b->out, b->sum);
     duties_and_faults(b);
 }
 
@@ -195,6 +195,21 @@ static void run_tube(struct call *c)
     text_number(&b->out, tube.cooling);
 }
 
+static void run_fan(struct call *c)
+{
+    struct bench *b = c->b;
+    bool on = number(c, 0, 1) == 1;
+    if (!sound(c)) {
+        return;
+    }
+    if (b->start.role != ROLE_HEATER) {
+        c->error = "ROLE";
+        return;
+    }
+    b->fan = on;
+    text_number(&b->out, on);
+}
+
 static void run_clear(struct call *c)
 {
     struct bench *b = c->b;
@@ -224,6 +239,7 @@ static const struct {
     {"ID", run_id},         {"DUTY", run_duty},   {"STREAM", run_stream}, {"READ", run_read},
     {"LIMIT", run_limit},   {"CLEAR", run_clear}, {"OFF", run_off},
     {"HOLD", run_hold},     {"TUBE", run_tube},   {"TUBES", run_tubes},
+    {"FAN", run_fan},
 };
 
 static void run(struct call *c, const char *verb, uint8_t length)

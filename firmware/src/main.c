@@ -14,6 +14,7 @@ static void apply(void)
     } else if (bench.pin.action == OLD_DIGITAL_READ) {
         bench_pin_value(&bench, board_digital(bench.pin.pin));
     }
+    board_fan(bench.fan);
     if (bench.store) {
         bench.store = false;
         board_store_tubes(bench.safety.tube);

@@ -110,6 +110,11 @@ void host_internal_fault(struct bench *b)
     bench_internal_fault(b);
 }
 
+bool host_fan(const struct bench *b)
+{
+    return b->fan;
+}
+
 uint16_t host_crc(const uint8_t *bytes, size_t count)
 {
     uint16_t crc = CRC16_INITIAL;

@@ -89,6 +89,7 @@ class FakeBoard(FakeLine):
         self.limits = (255, 900, 1100)
         self.tightest = self.limits
         self.tubes: tuple[int, ...] = (450, 480, 450, 480)
+        self.fan = 0
         self.silent = False
         self.rate = 1.0
         """board seconds per second"""
@@ -111,12 +112,12 @@ class FakeBoard(FakeLine):
                 self.drop -= 1
             else:
                 micros = round(1e6 * (self.rate * now + self.offset)) % 2**32
-                self.say(f"={self._number}", micros, self.counts(), *self.duties, self.faults)
+                self.say(f"={self._number}", micros, 8 * self.counts(), *self.duties, self.faults)
             self._number = (self._number + 1) % 65536
 
     def reset(self, cause: int = 2, faults: int = 0) -> None:
         self.boot, self.cause, self.faults = self.boot + 1, cause, faults
-        self.duties, self._period, self._number = (0, 0), 0.0, 0
+        self.duties, self._period, self._number, self.fan = (0, 0), 0.0, 0, 0
         self.limits = (255, 900, 1100)
         self.offset = -self.rate * self._now
         self.say("!BOOT", 2, 2, self.boot, self.cause, self.role)
@@ -154,6 +155,9 @@ class FakeBoard(FakeLine):
         elif verb == "CLEAR":
             self.faults = 0
             answer = (0,)
+        elif verb == "FAN":
+            self.fan = int(arguments[0])
+            answer = (self.fan,)
         elif verb == "TUBES":
             answer = self.tubes
         elif verb == "TUBE":

@@ -3,6 +3,7 @@
 import re
 import subprocess
 
+import numpy as np
 import pytest
 
 from muscle_bayes.bench.heat_model import TubeModel
@@ -118,17 +119,35 @@ def test_the_lamp_shows_heat(heater):
 def test_every_count_of_the_converter_is_read(firmware):
     with Processor(heater=False) as processor:
         processor.run(50)
-        ask(processor, "STREAM", 5)
-        decoder = Decoder()
         read = []
         for counts in range(1024):
             processor.set_analog(counts)
-            processor.run(5)
-            read += [m.adc for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
-        processor.run(20)
-        read += [m.adc for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
-        assert set(read) == set(range(1024))
-        assert read == sorted(read)
+            processor.run(9)
+            processor.receive()
+            (reply,) = ask(processor, "READ", wait=6)
+            read.append(read_answer("READ", reply)[1])
+        assert read == [8 * counts for counts in range(1024)]
+
+
+def test_noise_makes_readings_finer_than_a_count(firmware):
+    """A voltage between two counts, dithered by 0.4 counts of noise, shows to a tenth."""
+    random = np.random.default_rng(0)
+    with Processor(heater=False) as processor:
+        processor.run(50)
+        ask(processor, "STREAM", 8)
+        decoder = Decoder()
+        for true in (500.25, 500.5, 500.9):
+            read = []
+            for _ in range(1600):
+                processor.set_analog(round(true + random.normal(0.0, 0.4)))
+                processor.run(1)
+                samples = [m for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
+                read += [sample.adc / 8 for sample in samples]
+            read = read[2:]
+            assert np.mean(read) == pytest.approx(true, abs=0.05)
+            assert np.std(read) < 0.25  # of single conversions: 0.5
+            assert {8 * value % 1 for value in read} == {0.0}
+            assert len(set(read)) > 3
 
 
 def test_the_boards_clock_is_the_crystals(heater):
@@ -355,3 +374,25 @@ def test_a_programmer_makes_the_watchdog_unconditional(firmware):
         high >> bit & 1 for bit in range(7, -1, -1)
     )
     assert (reset_off, debug, spi, watchdog, eeprom, loader) == (1, 1, 0, 0, 0, 1)
+
+
+def test_the_fan_s_pin_follows_its_command_and_is_off_after_a_reset(heater):
+    fan = 0b1000_0000
+    assert heater.peek(DDRD) & fan
+    assert not heater.peek(PORTD) & fan
+    assert ask(heater, "FAN", 1)[0] == Reply(1, ("1",))
+    assert heater.peek(PORTD) & fan
+    heat(heater)
+    heater.run(1000)  # a fault of the heaters leaves it on: it cools
+    assert heater.peek(PORTD) & fan
+    heater.receive()
+    assert ask(heater, "FAN", 0)[0] == Reply(1, ("0",))
+    assert not heater.peek(PORTD) & fan
+    ask(heater, "FAN", 1)
+    heater.reset(ResetCause.EXTERNAL)
+    heater.run(50)
+    assert not heater.peek(PORTD) & fan
+    with Processor(heater=False) as sensor:
+        sensor.run(50)
+        sensor.receive()
+        assert ask(sensor, "FAN", 1)[0] == Error(1, "ROLE")

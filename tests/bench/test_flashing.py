@@ -58,7 +58,11 @@ def test_an_older_boot_loader_is_tried_at_the_second_rate():
 @pytest.mark.parametrize(
     ("words", "says", "tries"),
     [
-        ("Device signature = 0x1e9801\nExpected signature", "another processor.*signature 1e9801", 1),
+        (
+            "Device signature = 0x1e9801\nExpected signature",
+            "another processor.*signature 1e9801",
+            1,
+        ),
         ("Device signature = 1E 98 01 (probably m2560)", "another processor", 1),
         ("can't open device: Permission denied", "usermod -aG dialout", 1),
         ('cannot open port "COM7": Access is denied', "close other programs", 1),

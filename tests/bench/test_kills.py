@@ -23,7 +23,7 @@ def unkilled(tmp_path_factory) -> bytes:
     folder = tmp_path_factory.mktemp("unkilled")
     bench = FakeBench()
     bench.operator.delay = 0.05
-    bench.operator.stop_at = 240.0
+    bench.operator.stop_at = 150.0
     session = Session(
         SEQUENCE, folder / "s.toml", folder, bench.devices(), bench.operator, rig=RIG, load=0.1
     )

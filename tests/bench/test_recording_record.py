@@ -4,12 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from fake_bench import RIG
+from fake_bench import RIG, FakeBench
 from typer.testing import CliRunner
 
 from muscle_bayes.bench.run_file import Row, RunFile
 from muscle_bayes.bench.sequence import Sequence, Stage
 from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.bench.session import Session
 from muscle_bayes.cli import app
 from muscle_bayes.data import (
     Load,
@@ -31,7 +32,7 @@ def record(folder, name, *, end=None, rows=12, states=(((200, 0), 0),)):
         file.append(
             Row(
                 0.03 * number, 25.0 + number, 60.0, False, None, None, False, True, 500 + number,
-                duties, faults,
+                duties, faults, None if faults is None else faults > 0,
             )
         )  # fmt: skip
     file.event("stage over", number=1)
@@ -49,8 +50,9 @@ def test_duty_and_faults_of_every_row_are_read(tmp_path):
     table = read_run(record(tmp_path, "x", states=states)).table
     assert table["duty_a"].tolist()[0::3] == [200.0] * 4
     assert table["duty_b"].tolist()[2::3] == [31.0] * 4
+    assert table["fan"].tolist()[2::3] == [1.0] * 4
     assert table["faults"].tolist()[2::3] == [33.0] * 4
-    assert np.isnan(table[["duty_a", "duty_b", "faults"]].to_numpy()[1::3]).all()
+    assert np.isnan(table[["duty_a", "duty_b", "faults", "fan"]].to_numpy()[1::3]).all()
 
 
 def test_a_log_without_these_columns_reads_as_unknown(tmp_path):
@@ -63,7 +65,7 @@ def test_a_log_without_these_columns_reads_as_unknown(tmp_path):
     assert table["reading"].tolist()[:2] == [500.0, 501.0]
 
 
-@pytest.mark.parametrize("cut", range(2, 12))
+@pytest.mark.parametrize("cut", range(2, 14))
 def test_a_last_row_that_is_cut_short_anywhere_is_dropped(tmp_path, cut):
     path = record(tmp_path, "x")
     path.write_bytes(path.read_bytes()[:-cut])
@@ -174,3 +176,44 @@ def test_an_unknown_delay_is_not_taken_for_a_known_zero(tmp_path):
     assert run.metadata.thermometer.delay_uncertainty > 0.0
     assert run.heat_time.tolist() == run.table["time"].tolist()
     assert "delay =" not in run.path.with_suffix(".toml").read_text()
+
+
+def test_readings_are_in_eighths_and_the_noise_model_knows(tmp_path):
+    path = record(tmp_path, "x")
+    lines = path.read_text().splitlines()
+    finer = [lines[0]] + [
+        ",".join([*line.split(",")[:8], f"{500 + n / 8:g}", *line.split(",")[9:]])
+        for n, line in enumerate(lines[1:])
+    ]
+    path.write_text("\n".join(finer) + "\n")
+    run = read_run(path)
+    assert run.repairs == ()
+    assert run.table["reading"].tolist()[:3] == [500.0, 500.125, 500.25]
+    assert run.sensor.resolution == 0.125
+    about = path.with_suffix(".toml")
+    about.write_text(about.read_text().replace("resolution = 0.125\n", ""))
+    with pytest.raises(RunError, match="no 10-bit count"):
+        read_run(path)
+
+
+def test_the_fan_is_switched_by_stages_and_logged(tmp_path):
+    """Also after the board has been reset, which switches it off."""
+    bench = FakeBench()
+    stages = (
+        Stage(setpoint_a=30.0, duration=1.0),
+        Stage(fan=True, duration=3.0),
+        Stage(duration=1.0),
+    )
+    session = Session(
+        Sequence(name="fan", stage=stages), tmp_path / "s.toml", tmp_path, bench.devices(),
+        bench.operator, rig=RIG, load=0.0,
+    )  # fmt: skip
+    session.devices.open()
+    bench.at(3.0, bench.heater.reset)
+    list(session.record())
+    table = read_run(tmp_path / "fan.csv").table
+    on = table["fan"].to_numpy() == 1.0
+    assert bench.heater.fan == 0
+    assert 3.0 < 0.03 * on.sum() < 6.0  # the reset lets the stage begin anew
+    assert set(np.diff(np.flatnonzero(on))) - {1}  # off for a moment after the reset
+    assert table["fan"].notna().mean() > 0.95

@@ -10,6 +10,7 @@ from fake_bench import RIG
 
 from muscle_bayes.bench.run_file import (
     LOG_HEADER,
+    RESOLUTION,
     UNKNOWN_DELAY,
     Row,
     RunFile,
@@ -43,9 +44,9 @@ def metadata():
 
 
 def test_row_in_the_header_s_order():
-    assert format_row(row(1)) == b"0.030,25.0,40.0,0,,0.0,1,1,513,,,\n"
-    told = row(1, duties=(200, 0), faults=5)
-    assert format_row(told) == b"0.030,25.0,40.0,0,,0.0,1,1,513,200,0,5\n"
+    assert format_row(row(1)) == b"0.030,25.0,40.0,0,,0.0,1,1,513,,,,\n"
+    told = row(1, duties=(200, 0), faults=5, fan=True)
+    assert format_row(told) == b"0.030,25.0,40.0,0,,0.0,1,1,513,200,0,5,1\n"
     assert len(LOG_HEADER) == format_row(row(1)).count(b",") + 1
 
 
@@ -54,7 +55,11 @@ def test_metadata_comes_first_and_the_log_with_two_rows(tmp_path, metadata):
     written = read_metadata(tmp_path / "x.toml")
     assert written.thermometer.delay is None  # unknown, as long as nobody has measured it
     assert written.thermometer.delay_uncertainty == UNKNOWN_DELAY
-    assert written.model_copy(update={"thermometer": None}) == metadata
+    assert written.potentiometer.resolution == RESOLUTION == 0.125
+    assert (
+        written.model_copy(update={"thermometer": None, "potentiometer": metadata.potentiometer})
+        == metadata
+    )
     file.append(row(0))
     assert not file.path.exists()
     file.append(row(1))

@@ -59,6 +59,8 @@ class Board:
         self.name = name
         self.heat: HeaterState | None = None
         self.faults = Fault(0)
+        self.fan: bool | None = None
+        """whether the fan is on, as the board said last"""
         self.identity: Identity | None = None
         self._transport = transport
         self._clock = clock
@@ -120,6 +122,10 @@ class Board:
         The reply comes with `poll`, into `heat`. To be repeated within 0.4 s: see DEADMAN.
         """
         self._send("DUTY", first, second, _tenths(first_t), _tenths(second_t))
+
+    def command_fan(self, on: bool) -> None:
+        """Switch the fan. The reply comes with `poll`, into `fan`; to be repeated until it does."""
+        self._send("FAN", int(on))
 
     def stream(self, period_ms: int) -> None:
         """Have samples sent every so many ms; 0 ends it. Waits for the answer."""
@@ -197,11 +203,14 @@ class Board:
                 first, second, faults = (int(v or 0) for v in read_answer(verb, message))
                 self.heat = HeaterState((first, second), Fault(faults))
                 self.faults = Fault(faults)
+            elif isinstance(message, Reply) and verb == "FAN":
+                self.fan = bool(read_answer(verb, message)[0])
         elif isinstance(message, FaultReport | Sample):
             self.faults = message.faults
         elif isinstance(message, Boot):
             self.identity = message.identity
             self.heat = None
+            self.fan = False  # every reset switches it off
             self._asked.clear()
             self._owed_since = None
         elif isinstance(message, Prompt):

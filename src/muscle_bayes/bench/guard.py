@@ -42,6 +42,8 @@ class Guard:
         self.troubles: tuple[str, ...] = ()
         """what keeps the heaters off now"""
         self.recoveries = 0
+        self.fan = False
+        """whether the fan is wanted on"""
         self._devices = devices
         self._stream = stream
         self._heating = heating
@@ -92,6 +94,8 @@ class Guard:
             return
         try:
             link.device.command_duty(*duties, *self._heating.temperatures)
+            if link.device.fan != self.fan:
+                link.device.command_fan(self.fan)
         except BoardError as error:
             self._lose(link, error)
 

@@ -14,6 +14,10 @@ NO_READING: Final = "-"
 """Stands for the temperature of a channel without thermocouple."""
 
 
+AVERAGED: Final = 8
+"""Conversions whose sum a sample tells: a count is that many."""
+
+
 class ProtocolError(MuscleBayesError):
     """A command that the protocol does not know, or whose arguments it cannot carry."""
 
@@ -115,12 +119,13 @@ _T1 = Field("T1", "temperature of channel B, 0.1 C, `-` = no thermocouple", -327
 _FAULTS = Field("FAULTS", "latched faults, sum of the bits below", 0, 255)
 _PERIOD = Field("PERIOD_MS", "between samples, 5 to 10000, 0 = no stream", 0, 10000)
 _NUMBER = Field("N", "number of the sample, wraps", 0, _U16)
-_MICROS = Field("MICROS", "board's clock at the sample, us, wraps", 0, _U32)
-_ADC = Field("ADC", "analog input 0", 0, 1023)
+_MICROS = Field("MICROS", "board's clock in the middle of the conversions, us, wraps", 0, _U32)
+_ADC = Field("ADC", "sum of the last 8 conversions of analog input 0, one a ms", 0, 8 * 1023)
 _SETPOINT = Field("SETPOINT", "analog input 0 that is wanted", 0, 1023)
 _MAX_DUTY = Field("MAXDUTY", "highest duty", 0, 255)
 _MAX_RISE = Field("MAXRISE", "highest rise above the room by the heat model, 0.1 C", 0, 32767)
 _MAX_T = Field("MAXT", "highest reported temperature, 0.1 C", 0, 32767)
+_FAN = Field("FAN", "1 = the fan is on", 0, 1)
 _CHANNEL = Field("CHANNEL", "0 = heater A, 1 = heater B", 0, 1)
 _GAIN = Field("GAIN", "rate of a tube at full duty, 0.01 C/s", 100, 1000)
 _COOLING = Field("COOLING", "time constant of a tube, 0.1 s", 100, 1000)
@@ -141,7 +146,7 @@ ERRORS: Final = {
     "VERB": "the verb is unknown",
     "ARGS": "arguments are missing, too many, or no numbers",
     "RANGE": "an argument is out of range",
-    "ROLE": "heat was asked of a sensor board",
+    "ROLE": "heat, a tube or the fan was asked of a sensor board",
     "FAULT": "CLEAR was refused: the cause of a fault lasts",
     "HEAT": "refused while a heater is on",
     "GAINS": "HOLD was refused: no gains are compiled in",
@@ -196,7 +201,7 @@ MESSAGES: Final = Table(
             (_D0, _D1, _FAULTS),
         ),
         Command("STREAM", "send samples at a steady rate", (_PERIOD,), (_PERIOD,)),
-        Command("READ", "send one sample, at most 1 ms old", (), _SAMPLE),
+        Command("READ", "send one sample, the newest conversion at most 1 ms old", (), _SAMPLE),
         Command(
             "LIMIT",
             "tighten limits until the next boot; looser values change nothing; "
@@ -219,6 +224,7 @@ MESSAGES: Final = Table(
             (_CHANNEL, _GAIN, _COOLING),
             (_GAIN, _COOLING),
         ),
+        Command("FAN", "switch pin 7, a fan's; off after every reset", (_FAN,), (_FAN,)),
         Command("TUBES", "tell how the tubes are calibrated", (), _TUBES),
     ),
     notices=(

@@ -160,9 +160,9 @@ class Recorder:
         self._next_figures = now + FIGURES_EVERY
         self._begin_stage(now)
 
-    def _heater_state(self) -> HeaterState | None:
+    def _heater_state(self) -> tuple[HeaterState | None, bool | None]:
         board = self._devices.heater.device
-        return None if board is None else board.heat
+        return (None, None) if board is None else (board.heat, board.fan)
 
     def _refuse_uncalibrated(self) -> None:
         """A board that does not know its tubes lets them get little warmer than the room."""
@@ -242,6 +242,7 @@ class Recorder:
         if stage is None:
             return "all stages done"
         self._heating.aim(stage)
+        self._guard.fan = stage.fan
         self._tell("stage", number=self._course.number, what=describe(stage), note=stage.note)
         if self._course.waiting:
             assert stage.load is not None

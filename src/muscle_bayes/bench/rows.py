@@ -22,9 +22,9 @@ class RowWriter:
         heating: Heating,
         period: float,
         tell: Tell,
-        heater: Callable[[], HeaterState | None] = lambda: None,
+        heater: Callable[[], tuple[HeaterState | None, bool | None]] = lambda: (None, None),
     ) -> None:
-        """`heater` gives what the heater board has said last, None while it does not answer."""
+        """`heater` gives what the heater board said last of heat and fan, None where it did not."""
         self.origin: float | None = None
         """host time of the first row, s"""
         self.time = 0.0
@@ -62,7 +62,7 @@ class RowWriter:
             self._tell("gap", start=self.time, end=time, causes=list(causes))
         self.meter_lag.row(sample.time, heating.reading)
         a, b = heating.channels
-        state = self._heater()
+        state, fan = self._heater()
         self._file.append(
             Row(
                 time=time,
@@ -76,6 +76,7 @@ class RowWriter:
                 reading=sample.reading,
                 duties=None if state is None else state.duties,
                 faults=None if state is None else int(state.faults),
+                fan=fan,
             )
         )
         self.time = time

@@ -9,6 +9,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
+from muscle_bayes.bench.protocol import AVERAGED
 from muscle_bayes.data import HEADER, HEATER_HEADER, Load, Metadata, Thermometer
 from muscle_bayes.data.events import EVENTS_SUFFIX
 from muscle_bayes.data.events import read_events as read_events
@@ -24,6 +25,8 @@ in a sawtooth that was tried)."""
 DELAY_UNCERTAINTY: Final = 0.2
 """Standard uncertainty of a measured delay, s: half the time between two measurements of the meter. The
 host sees when digits come, not when within that time they were measured."""
+RESOLUTION: Final = 1 / AVERAGED
+"""Step of the readings, counts: each is a mean of eight conversions."""
 UNKNOWN_DELAY: Final = 0.3
 """Standard uncertainty of the delay before it is measured, s."""
 _MASS_DECIMALS: Final = 6
@@ -47,12 +50,14 @@ class Row:
     stable_b: bool
     update: bool
     """whether the temperatures are new"""
-    reading: int
-    """counts"""
+    reading: float
+    """counts, in steps of RESOLUTION"""
     duties: tuple[int, int] | None = None
     """of both heaters, of 255; None while the heater board does not answer"""
     faults: int | None = None
     """latched on the heater board"""
+    fan: bool | None = None
+    """whether it is on"""
 
 
 def format_row(row: Row) -> bytes:
@@ -66,9 +71,10 @@ def format_row(row: Row) -> bytes:
         _celsius(row.setpoint_b or 0.0),
         str(int(row.stable_b)),
         str(int(row.update)),
-        str(row.reading),
+        f"{row.reading:g}",
         *(("", "") if row.duties is None else map(str, row.duties)),
         "" if row.faults is None else str(row.faults),
+        "" if row.fan is None else str(int(row.fan)),
     )
     return (",".join(cells) + "\n").encode()
 
@@ -86,11 +92,7 @@ class RunFile:
         """Raises RunFileError where the name is taken or nothing can be written."""
         self.name = name
         self.path = folder / f"{name}.csv"
-        if metadata.thermometer is None:
-            # Nobody has measured the meter's delay yet; a run that is killed now must not say zero.
-            unknown = Thermometer(delay_uncertainty=UNKNOWN_DELAY)
-            metadata = metadata.model_copy(update={"thermometer": unknown})
-        self.metadata = metadata
+        self.metadata = _as_recorded(metadata)
         self.rows = 0
         self._first = b""
         self._log: _Lines | None = None
@@ -228,6 +230,20 @@ class _Lines:
             os.fsync(self._descriptor)
         with suppress(OSError):
             os.close(self._descriptor)
+
+
+def _as_recorded(metadata: Metadata) -> Metadata:
+    """With what this recorder's logs are: readings in eighths, temperatures late by an unknown time.
+
+    Nobody has measured the meter's delay yet; a run that is killed now must not say zero.
+    """
+    tables: dict[str, Any] = {}
+    if metadata.potentiometer is not None:
+        finer = {"resolution": RESOLUTION}
+        tables["potentiometer"] = metadata.potentiometer.model_copy(update=finer)
+    if metadata.thermometer is None:
+        tables["thermometer"] = Thermometer(delay_uncertainty=UNKNOWN_DELAY)
+    return metadata.model_copy(update=tables)
 
 
 def run_files(folder: Path, name: str) -> tuple[Path, Path, Path]:

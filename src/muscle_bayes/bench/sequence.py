@@ -59,6 +59,8 @@ class Stage(Table):
     """kg"""
     pour_time: NonNegative = 0.0
     """s that the load takes to be poured, evenly, from the key on; 0 = it hangs at the key"""
+    fan: bool = False
+    """whether the fan cools the tubes; a heated stage with it counts as warmer than it is"""
     logged: bool = True
     """false: before the first stage that is logged, nothing is written"""
     note: str = ""

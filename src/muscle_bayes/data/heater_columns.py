@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-HEATER_HEADER: Final = ("Duty A", "Duty B", "Faults")
-"""Duty of each heater, of 255, and the board's latched faults, as it said last before the row; blank
-while the board did not answer."""
+HEATER_HEADER: Final = ("Duty A", "Duty B", "Faults", "Fan")
+"""Duty of each heater, of 255, the board's latched faults and its fan (0 or 1), as the board said last
+before the row; blank while it did not answer."""
 
-HEATER_COLUMNS: Final = ("duty_a", "duty_b", "faults")
+HEATER_COLUMNS: Final = ("duty_a", "duty_b", "faults", "fan")
 """Their names in a run's table; NaN where a cell is blank or the log has no such column."""
 
 

@@ -88,7 +88,8 @@ def _repair(ledger: Ledger, metadata: Metadata) -> None:
         if key in ledger.columns:
             drop_faulty(ledger, key)
     if metadata.position_unit == "counts":
-        drop_glitches(ledger)
+        assert metadata.potentiometer is not None, "Metadata guarantees it where the unit is counts"
+        drop_glitches(ledger, metadata.potentiometer.resolution or 1.0)
     for key in ("temperature_a", "temperature_b"):
         if key in ledger.columns:
             hold_temperature(ledger, key)

@@ -103,10 +103,14 @@ def hold_temperature(ledger: Ledger, key: str) -> None:
     hold_last(ledger, key, (values < -60) | (values > 500), "wild temperature", "beyond -60..500 C")
 
 
-def drop_glitches(ledger: Ledger) -> None:
-    """A count that no 10-bit converter gives: one in a thousand rows is dropped, more refused."""
+def drop_glitches(ledger: Ledger, step: float = 1.0) -> None:
+    """A reading that no mean of 10-bit counts in these steps has: a few are dropped, more refused.
+
+    Few are one in a thousand rows.
+    """
     reading = ledger.columns["reading"]
-    mask = (reading < 0) | (reading > 1023) | (reading != np.rint(reading))
+    whole = np.rint(reading / step) * step
+    mask = (reading < 0) | (reading > 1023) | (np.abs(reading - whole) > 1e-6)
     if mask.sum() > max(1, ledger.total // 1000):
         first = int(np.flatnonzero(mask)[0])
         raise RunError.at(

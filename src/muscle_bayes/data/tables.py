@@ -49,6 +49,8 @@ class Potentiometer(Table):
     """rad, negative where the reading counts against theta"""
     zero_uncertainty: NonNegative | None = None
     """standard uncertainty of zero_reading, counts; absent = 2"""
+    resolution: Annotated[float, Field(gt=0, le=1)] | None = None
+    """step of the readings, counts, below 1 where conversions were averaged; absent = 1"""
 
     @model_validator(mode="after")
     def _scale_is_not_zero(self) -> "Potentiometer":
