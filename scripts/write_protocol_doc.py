@@ -29,11 +29,12 @@ def limits() -> str:
     """What keeps the heaters off, with the compiled limits."""
     found = re.findall(r"^#define (\w+) \(?(-?\d+)", LIMITS.read_text(), re.MULTILINE)
     value = {name: int(number) for name, number in found}
-    dead, on, stuck = (value[n] / 1000 for n in ("DEADMAN_MS", "LIMIT_ON_MS", "STUCK_MS"))
-    most, cool, low, high, change = (
+    dead = value["DEADMAN_MS"] / 1000
+    most, cool, low, high, rise, show = (
         value[name] / 10
         for name in (
-            "LIMIT_TEMPERATURE", "COOL_MARGIN", "ABSURD_LOW", "ABSURD_HIGH", "STUCK_CHANGE",
+            "LIMIT_TEMPERATURE", "COOL_MARGIN", "ABSURD_LOW", "ABSURD_HIGH", "LIMIT_RISE",
+            "MUST_SHOW",
         )
     )  # fmt: skip
     return _table(
@@ -58,14 +59,16 @@ def limits() -> str:
                 "a plausible one, then CLEAR",
             ),
             (
-                f"more than half power for {stuck:g} s without a change of {change:g} C",
+                f"by the heat model a tube has warmed by {show:g} C of late, and less than a third "
+                "of that was reported",
                 "then, latched",
-                "CLEAR",
+                f"the model says less than {show / 2:g} C, then CLEAR",
             ),
             (
-                f"more than half power for {on:g} s (time above it less time below)",
+                f"by the heat model a tube may be {rise:g} C warmer than the room, whatever is "
+                "reported",
                 "then, latched",
-                f"{on / 2:g} s below it, then CLEAR",
+                f"it may be {rise - cool:g} C warmer, then CLEAR",
             ),
             ("output registers other than they were set", "within 1 ms, latched", "CLEAR"),
         ),

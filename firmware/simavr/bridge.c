@@ -323,6 +323,13 @@ uint8_t bridge_peek(struct bridge *b, uint16_t address)
     return b->avr->data[address];
 }
 
+/* Put bytes into EEPROM, as an earlier life of the board has left them. */
+void bridge_eeprom(struct bridge *b, uint16_t address, uint8_t *bytes, uint32_t count)
+{
+    avr_eeprom_desc_t cells = {.ee = bytes, .offset = address, .size = count};
+    avr_ioctl(b->avr, AVR_IOCTL_EEPROM_SET, &cells);
+}
+
 uint32_t bridge_program_size(struct bridge *b)
 {
     return b->firmware.flashsize;

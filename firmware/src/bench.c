@@ -6,9 +6,20 @@
 #define PIN_HEATER_A 6
 #define PIN_HEATER_B 5
 
+#define NOTICE_MS 1000
+
+/* Ask an old script on. With a fault latched it is not asked but told, every second: it stops, and
+ * either shows the line or stumbles over a line that is no number. No `w` stands in it. */
 static void prompt(struct bench *b)
 {
-    text_word(&b->out, "w\r\n");
+    if (b->dialect != DIALECT_OLD || b->safety.faults == 0) {
+        text_word(&b->out, "w\r\n");
+        return;
+    }
+    text_word(&b->out, "heaters off, fault");
+    text_number(&b->out, b->safety.faults);
+    text_word(&b->out, "; open the port again\r\n");
+    b->notice_ms = NOTICE_MS;
 }
 
 static uint8_t faults_of(struct start start)
@@ -28,9 +39,9 @@ static uint8_t faults_of(struct start start)
     return faults;
 }
 
-void bench_start(struct bench *b, struct start start)
+void bench_start(struct bench *b, struct start start, const struct memory *memory)
 {
-    safety_start(&b->safety, faults_of(start));
+    safety_start(&b->safety, faults_of(start), memory);
     control_stop(&b->control);
     frame_start(&b->frame);
     old_start(&b->old);
@@ -38,11 +49,16 @@ void bench_start(struct bench *b, struct start start)
     b->start = start;
     b->dialect = DIALECT_OPEN;
     b->sampled = false;
+    b->oldest = 0;
+    b->sum = 0;
     b->stream_period_ms = 0;
     b->stream_wait_ms = 0;
     b->stream_number = 0;
     b->garbled = 0;
     b->told_faults = b->safety.faults;
+    b->notice_ms = 0;
+    b->store = false;
+    b->fan = false;
     b->pin = (struct old_outcome){OLD_NOTHING, 0, 0};
     text_begin(&b->out, '!');
     text_word(&b->out, "BOOT");
@@ -55,19 +71,21 @@ void bench_start(struct bench *b, struct start start)
     prompt(b);
 }
 
-/* Tell of new faults, but not an old script: it would take the line for an answer. */
+/* Tell of new faults; an old script by the line that stands in for its next question. */
 static void tell_faults(struct bench *b)
 {
     if (b->safety.faults == b->told_faults) {
         return;
     }
     b->told_faults = b->safety.faults;
-    if (b->dialect != DIALECT_OLD) {
-        text_begin(&b->out, '!');
-        text_word(&b->out, "FAULT");
-        text_number(&b->out, b->safety.faults);
-        text_end(&b->out);
+    if (b->dialect == DIALECT_OLD) {
+        prompt(b);
+        return;
     }
+    text_begin(&b->out, '!');
+    text_word(&b->out, "FAULT");
+    text_number(&b->out, b->safety.faults);
+    text_end(&b->out);
 }
 
 static void old_write(struct bench *b, uint8_t pin, uint8_t duty)
@@ -146,11 +164,23 @@ void bench_tick(struct bench *b)
     if (b->dialect != DIALECT_FRAMED) {
         old_act(b, old_tick(&b->old));
     }
+    if (b->notice_ms > 0 && --b->notice_ms == 0) {
+        prompt(b);
+    }
     tell_faults(b);
 }
 
 void bench_sample(struct bench *b, struct sample sample)
 {
+    if (!b->sampled) {
+        for (uint8_t i = 0; i < AVERAGED; i++) {
+            b->recent[i] = sample.adc;
+        }
+        b->sum = (uint16_t)(AVERAGED * sample.adc);
+    }
+    b->sum = (uint16_t)(b->sum - b->recent[b->oldest] + sample.adc);
+    b->recent[b->oldest] = sample.adc;
+    b->oldest = (uint8_t)((b->oldest + 1) % AVERAGED);
     b->latest = sample;
     b->sampled = true;
     if (b->stream_period_ms == 0) {

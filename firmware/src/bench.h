@@ -11,8 +11,8 @@
 #include "safety.h"
 #include "text.h"
 
-#define PROTOCOL_VERSION 1
-#define FIRMWARE_VERSION 1
+#define PROTOCOL_VERSION 2
+#define FIRMWARE_VERSION 2
 
 /* Reset causes as the ATmega328P's MCUSR tells them; 0 where a boot loader has hidden it. */
 enum reset_cause { RESET_POWER_ON = 1, RESET_EXTERNAL = 2, RESET_BROWN_OUT = 4, RESET_WATCHDOG = 8 };
@@ -31,6 +31,9 @@ struct sample {
     uint16_t adc;
 };
 
+#define AVERAGED 8                  /* conversions, one a millisecond, whose sum is told */
+#define AVERAGED_SPAN_US 7000ul
+
 enum dialect { DIALECT_OPEN, DIALECT_OLD, DIALECT_FRAMED };
 
 struct bench {
@@ -39,19 +42,28 @@ struct bench {
     struct start start;
     struct frame frame;
     struct old_protocol old;
-    enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
+    #define AVERAGED 8                  /* conversions, one a millisecond, whose sum is told */
+#define AVERAGED_SPAN_US 7000ul
+
+enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
     struct sample latest;
     bool sampled;
+    uint16_t recent[AVERAGED];  /* conversions, the oldest at `oldest` */
+    uint8_t oldest;
+    uint16_t sum;               /* of them: the angle to an eighth of a count, where noise dithers it */
     uint16_t stream_period_ms;  /* 0: no stream */
     uint16_t stream_wait_ms;
     uint16_t stream_number;
     uint16_t garbled;           /* frames with a wrong checksum */
     uint8_t told_faults;
+    uint16_t notice_ms;         /* until an old script is told again of latched faults */
+    bool fan;                   /* on, by FAN */
+    bool store;                 /* the tubes' calibration is to be stored, then clear this */
     struct text out;            /* to be sent, then cleared, after every call */
     struct old_outcome pin;     /* board access that the old protocol asks for */
 };
 
-void bench_start(struct bench *b, struct start start);
+void bench_start(struct bench *b, struct start start, const struct memory *memory);
 void bench_byte(struct bench *b, uint8_t byte);
 void bench_tick(struct bench *b);
 void bench_sample(struct bench *b, struct sample sample);

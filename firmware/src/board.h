@@ -7,8 +7,15 @@
 
 #include "bench.h"
 
-/* Everything ready, heaters off, watchdog running, interrupts on; tells how the board came up. */
-struct start board_start(void);
+/* Everything ready, heaters off, watchdog running, interrupts on; tells how the board came up, and
+ * what it knows of the tubes. */
+struct start board_start(struct memory *memory);
+
+/* Keep what is known of the tubes through a reset, and that one is hot through a loss of power. */
+void board_remember(const struct safety *safety);
+
+/* Keep the tubes' calibration for good; takes 40 ms at most. */
+void board_store_tubes(const struct tube tube[CHANNELS]);
 
 /* Milliseconds that have passed since the last call. */
 uint8_t board_take_ticks(void);
@@ -27,6 +34,9 @@ void board_send(const char *data, uint8_t length);
 
 /* Heater duty of channel 0 (pin 6) or 1 (pin 5). */
 void board_heat(uint8_t channel, uint8_t duty);
+
+/* The fan's pin, 7. */
+void board_fan(bool on);
 
 /* Both heaters off, every register concerned written anew. */
 void board_heaters_off(void);

@@ -5,12 +5,17 @@
 #include <avr/io.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
+#include <string.h>
 #include <util/atomic.h>
+
+#include "crc16.h"
+#include "limits.h"
 
 #define HEATER_A PORTD6             /* Arduino pin 6, OC0A */
 #define HEATER_B PORTD5             /* Arduino pin 5, OC0B */
 #define HEATERS (_BV(HEATER_A) | _BV(HEATER_B))
 #define STRAP PORTD4                /* Arduino pin 4 to GND makes a heater board */
+#define FAN PORTD7                  /* Arduino pin 7 */
 #define LAMP PORTB5                 /* the board's own lamp, pin 13: a heater is on */
 
 #define BAUD_DIVISOR 16             /* 115200 (+2.1 %) with U2X at 16 MHz, as on every Uno */
@@ -18,23 +23,39 @@
 
 #define RX_SIZE 128                 /* powers of two */
 #define TX_SIZE 256
+#define DAMAGED 0x15                /* breaks a frame's checksum, and is noise to the old protocol */
 #define SAMPLES 8                   /* one a millisecond: the main loop may be that much behind */
 #define HEATING_MARK 0x48454154ul
 
-static uint8_t *const BOOT_CELLS = (uint8_t *)2;    /* cell 0 is known to suffer in brown-outs */
+#define REMEMBER_TICKS 16           /* ms between two looks at what is to be remembered */
 
-/* Survive a reset: they tell whether a heater was on when it came. */
+/* Places in EEPROM; cell 0 is known to suffer in brown-outs. */
+static uint8_t *const BOOT_CELLS = (uint8_t *)2;
+static uint8_t *const HOT_CELL = (uint8_t *)4;      /* 1 while a tube may be hot */
+static struct stored *const TUBE_CELLS = (struct stored *)8;
+
+struct stored {
+    struct tube tube[CHANNELS];
+    uint16_t crc;
+};
+
+/* Survive a reset: they tell whether a heater was on when it came, and how warm the tubes were. */
 static uint32_t heating_mark __attribute__((section(".noinit")));
+static struct thermal kept[CHANNELS] __attribute__((section(".noinit")));
+static uint16_t kept_crc __attribute__((section(".noinit")));
 static uint8_t reset_flags __attribute__((section(".noinit")));
 
 /* Indices count freely and are masked where they are used: whatever value one has, none points outside. */
 static volatile uint8_t rx[RX_SIZE], tx[TX_SIZE];
 static volatile uint8_t rx_head, rx_tail, tx_head, tx_tail;
+static volatile bool rx_lost;
 static volatile uint8_t ticks;
 static volatile uint32_t millis;
 static volatile struct sample samples[SAMPLES];
 static volatile uint8_t sample_head, sample_tail;
 static uint8_t told[CHANNELS];
+static bool hot_marked;
+static uint8_t remembered;          /* ms since the last look */
 
 /* Heaters off before anything else: before the stack, before the C runtime. */
 void heaters_off_at_reset(void) __attribute__((naked, used, section(".init0")));
@@ -101,15 +122,76 @@ static uint16_t count_boot(void)
     return boot;
 }
 
-struct start board_start(void)
+static uint16_t crc_of(const void *data, uint8_t length)
+{
+    const uint8_t *byte = data;
+    uint16_t crc = CRC16_INITIAL;
+    while (length--) {
+        crc = crc16_update(crc, *byte++);
+    }
+    return crc;
+}
+
+static void recall(struct memory *memory, uint8_t cause)
+{
+    struct stored stored;
+    eeprom_read_block(&stored, TUBE_CELLS, sizeof stored);
+    if (stored.crc != crc_of(stored.tube, sizeof stored.tube)) {
+        memset(stored.tube, 0, sizeof stored.tube);
+    }
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        memory->tube[i] = stored.tube[i];
+        if (!thermal_plausible(&memory->tube[i])) {
+            memory->tube[i] = (struct tube){0, 0};
+        }
+        memory->thermal[i] = kept[i];
+    }
+    hot_marked = eeprom_read_byte(HOT_CELL) == 1;
+    memory->hot = hot_marked;
+    memory->known = !(cause & _BV(PORF)) && kept_crc == crc_of(kept, sizeof kept);
+}
+
+void board_remember(const struct safety *safety)
+{
+    if (++remembered < REMEMBER_TICKS) {
+        return;
+    }
+    remembered = 0;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        kept[i] = safety->thermal[i];
+    }
+    kept_crc = crc_of(kept, sizeof kept);
+    bool hot = safety_any_above(safety, hot_marked ? HOT_MARK / 2 : HOT_MARK);
+    if (hot != hot_marked && eeprom_is_ready()) {
+        hot_marked = hot;
+        eeprom_update_byte(HOT_CELL, hot);  /* goes on by itself; nothing waits */
+    }
+}
+
+void board_store_tubes(const struct tube tube[CHANNELS])
+{
+    struct stored stored;
+    memcpy(stored.tube, tube, sizeof stored.tube);
+    stored.crc = crc_of(stored.tube, sizeof stored.tube);
+    const uint8_t *byte = (const uint8_t *)&stored;
+    for (uint8_t i = 0; i < sizeof stored; i++) {
+        wdt_reset();
+        eeprom_update_byte((uint8_t *)TUBE_CELLS + i, byte[i]);
+    }
+}
+
+struct start board_start(struct memory *memory)
 {
     struct start start;
     start.cause = reset_flags & (_BV(PORF) | _BV(EXTRF) | _BV(BORF) | _BV(WDRF));
     start.was_heating = heating_mark == HEATING_MARK;
     board_heaters_off();
     DDRB |= _BV(LAMP);
+    board_fan(false);
+    DDRD |= _BV(FAN);
     PORTD |= _BV(STRAP);
     start.boot = count_boot();
+    recall(memory, start.cause);
     start.role = PIND & _BV(STRAP) ? ROLE_SENSOR : ROLE_HEATER;
     start_clock();
     start_uart();
@@ -141,12 +223,18 @@ ISR(USART_RX_vect)
     uint8_t damaged = UCSR0A & (_BV(FE0) | _BV(DOR0));
     uint8_t byte = UDR0;
     if (damaged) {
-        byte = 0x15;                    /* breaks the checksum of the frame it stands in */
+        byte = DAMAGED;
     }
-    if ((uint8_t)(rx_head - rx_tail) < RX_SIZE) {
-        rx[rx_head & (RX_SIZE - 1)] = byte;
-        rx_head++;
+    if ((uint8_t)(rx_head - rx_tail) >= RX_SIZE) {
+        rx_lost = true;
+        return;
     }
+    if (rx_lost) {
+        rx_lost = false;
+        byte = DAMAGED;                 /* what follows a loss is joined to nothing before it */
+    }
+    rx[rx_head & (RX_SIZE - 1)] = byte;
+    rx_head++;
 }
 
 ISR(USART_UDRE_vect)
@@ -177,8 +265,12 @@ void board_alive(void)
 
 bool board_take_sample(struct sample *sample)
 {
-    if (sample_tail == sample_head) {
+    uint8_t behind = (uint8_t)(sample_head - sample_tail);
+    if (behind == 0) {
         return false;
+    }
+    if (behind > SAMPLES) {             /* the oldest have been written over */
+        sample_tail = (uint8_t)(sample_head - SAMPLES);
     }
     sample->micros = samples[sample_tail & (SAMPLES - 1)].micros;
     sample->adc = samples[sample_tail & (SAMPLES - 1)].adc;
@@ -294,4 +386,13 @@ void board_idle(void)
         SMCR = 0;
     }
     sei();
+}
+
+void board_fan(bool on)
+{
+    if (on) {
+        PORTD |= _BV(FAN);
+    } else {
+        PORTD &= (uint8_t)~_BV(FAN);
+    }
 }

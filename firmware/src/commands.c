@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include "limits.h"
 #include "words.h"
 
 /* One command being carried out. Handlers write the reply's fields behind `OK`, or name an error. */
@@ -36,8 +37,8 @@ static void duties_and_faults(struct bench *b)
 
 void command_sample(struct bench *b)
 {
-    text_number(&b->out, b->latest.micros);
-    text_number(&b->out, b->latest.adc);
+    text_number(&b->out, (uint32_t)(b->latest.micros - AVERAGED_SPAN_US / 2));
+    text_number(&b->out, b->sum);
     duties_and_faults(b);
 }
 
@@ -146,15 +147,67 @@ static void run_limit(struct call *c)
     struct bench *b = c->b;
     struct limits limits;
     limits.duty = (uint8_t)number(c, 0, UINT8_MAX);
-    limits.on_ms = (uint16_t)number(c, 0, UINT16_MAX);
+    limits.rise = (int16_t)number(c, 0, INT16_MAX);
     limits.temperature = (int16_t)number(c, 0, INT16_MAX);
     if (!sound(c)) {
         return;
     }
     safety_tighten(&b->safety, &limits);
     text_number(&b->out, b->safety.limits.duty);
-    text_number(&b->out, b->safety.limits.on_ms);
+    text_number(&b->out, (uint16_t)b->safety.limits.rise);
     text_number(&b->out, (uint16_t)b->safety.limits.temperature);
+}
+
+static void run_tubes(struct call *c)
+{
+    struct bench *b = c->b;
+    if (!sound(c)) {
+        return;
+    }
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        text_number(&b->out, b->safety.tube[i].gain);
+        text_number(&b->out, b->safety.tube[i].cooling);
+    }
+}
+
+/* Kept in EEPROM, which takes some ms: not while a heater is on. */
+static void run_tube(struct call *c)
+{
+    struct bench *b = c->b;
+    uint8_t channel = (uint8_t)number(c, 0, CHANNELS - 1);
+    struct tube tube;
+    tube.gain = (uint16_t)number(c, TUBE_GAIN_LEAST, TUBE_GAIN_MOST);
+    tube.cooling = (uint16_t)number(c, TUBE_COOLING_LEAST, TUBE_COOLING_MOST);
+    if (!sound(c)) {
+        return;
+    }
+    if (b->start.role != ROLE_HEATER) {
+        c->error = "ROLE";
+        return;
+    }
+    if (b->safety.duty[0] || b->safety.duty[1]) {
+        c->error = "HEAT";
+        return;
+    }
+    b->safety.tube[channel] = tube;
+    b->store = true;
+    text_number(&b->out, tube.gain);
+    text_number(&b->out, tube.cooling);
+}
+
+static void run_fan(struct call *c)
+{
+    struct bench *b = c->b;
+    bool on = number(c, 0, 1) == 1;
+    if (!sound(c)) {
+        return;
+    }
+    if (b->start.role != ROLE_HEATER) {
+        c->error = "ROLE";
+        return;
+    }
+    b->fan = on;
+    text_number(&b->out, on);
 }
 
 static void run_clear(struct call *c)
@@ -185,7 +238,8 @@ static const struct {
 } verbs[] = {
     {"ID", run_id},         {"DUTY", run_duty},   {"STREAM", run_stream}, {"READ", run_read},
     {"LIMIT", run_limit},   {"CLEAR", run_clear}, {"OFF", run_off},
-    {"HOLD", run_hold},
+    {"HOLD", run_hold},     {"TUBE", run_tube},   {"TUBES", run_tubes},
+    {"FAN", run_fan},
 };
 
 static void run(struct call *c, const char *verb, uint8_t length)

@@ -3,19 +3,28 @@
 #define LIMITS_H
 
 #define LIMIT_DUTY 255               /* highest duty, of 255 */
-#define LIMIT_ON_MS 60000            /* balance of time above half power, ms */
+#define LIMIT_RISE 900               /* highest rise above the room by the heat model, 0.1 C */
 #define LIMIT_TEMPERATURE 1100       /* highest reported temperature, 0.1 C */
 
 /* With the watchdog's 64 ms (+ 10 %) this stays under 0.5 s even if the firmware hangs just before. */
 #define DEADMAN_MS 400
 
-#define HALF_DUTY 127                /* above this a channel counts as on at high power */
-#define COOL_MARGIN 50               /* over-temperature ends this far below the limit, 0.1 C */
+#define COOL_MARGIN 50               /* over-temperature, shown or modelled, ends this far below, 0.1 C */
 #define ABSURD_LOW (-200)            /* no bench is colder, 0.1 C */
 #define ABSURD_HIGH 2000             /* no heater tube is hotter, 0.1 C */
 
-/* A meter is stuck when it moves less than STUCK_CHANGE in STUCK_MS above half power. */
-#define STUCK_MS 8000
-#define STUCK_CHANGE 5               /* 0.1 C */
+/* By so much the model's rise has to exceed its mean of late before the sensor must have shown a third. */
+#define MUST_SHOW 150                /* 0.1 C */
+#define ROOM 250                     /* a reported temperature above this is a rise, 0.1 C */
+
+/* What a tube may be calibrated to. Before it is, heat counts by the largest two and has to show by the
+ * smallest. */
+#define TUBE_GAIN_LEAST 100          /* 0.01 C/s at full duty */
+#define TUBE_GAIN_MOST 1000
+#define TUBE_COOLING_LEAST 100       /* 0.1 s */
+#define TUBE_COOLING_MOST 1000
+
+/* A tube warmer than this by the model is remembered through a loss of power, down to half of it. */
+#define HOT_MARK 50                 /* rise, 0.1 C */
 
 #endif

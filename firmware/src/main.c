@@ -14,6 +14,11 @@ static void apply(void)
     } else if (bench.pin.action == OLD_DIGITAL_READ) {
         bench_pin_value(&bench, board_digital(bench.pin.pin));
     }
+    board_fan(bench.fan);
+    if (bench.store) {
+        bench.store = false;
+        board_store_tubes(bench.safety.tube);
+    }
     if (bench.out.length > 0) {
         board_send(bench.out.data, bench.out.length);
         text_clear(&bench.out);
@@ -36,12 +41,15 @@ static void pass_time(void)
         bench_tick(&bench);
         apply();
     }
+    board_remember(&bench.safety);
     board_alive();
 }
 
 int main(void)
 {
-    bench_start(&bench, board_start());
+    struct memory memory;
+    struct start start = board_start(&memory);
+    bench_start(&bench, start, &memory);
     apply();
     for (;;) {
         struct sample sample;

@@ -2,17 +2,20 @@
 
 #include "limits.h"
 
-void safety_start(struct safety *s, uint8_t faults)
+void safety_start(struct safety *s, uint8_t faults, const struct memory *memory)
 {
-    s->limits = (struct limits){LIMIT_DUTY, LIMIT_ON_MS, LIMIT_TEMPERATURE};
+    s->limits = (struct limits){LIMIT_DUTY, LIMIT_RISE, LIMIT_TEMPERATURE};
     s->faults = faults;
     s->silence_ms = 0;
     for (uint8_t i = 0; i < CHANNELS; i++) {
         s->duty[i] = 0;
-        s->on_ms[i] = 0;
         s->temperature[i] = NO_READING;
-        s->stuck_at[i] = NO_READING;
-        s->stuck_ms[i] = 0;
+        s->tube[i] = memory->tube[i];
+        if (memory->known) {
+            s->thermal[i] = memory->thermal[i];
+        } else {
+            thermal_start(&s->thermal[i], memory->hot ? LIMIT_RISE : 0);
+        }
     }
 }
 
@@ -39,17 +42,6 @@ static uint8_t within(const struct safety *s, uint8_t duty)
     return duty < s->limits.duty ? duty : s->limits.duty;
 }
 
-static void follow_meter(struct safety *s, uint8_t i, int16_t temperature)
-{
-    int16_t from = s->stuck_at[i];
-    s->temperature[i] = temperature;
-    if (from == NO_READING || temperature == NO_READING ||
-        temperature - from >= STUCK_CHANGE || from - temperature >= STUCK_CHANGE) {
-        s->stuck_at[i] = temperature;
-        s->stuck_ms[i] = 0;
-    }
-}
-
 static void check(struct safety *s, const bool heated[CHANNELS], const int16_t temperature[CHANNELS])
 {
     uint8_t fault = 0;
@@ -61,7 +53,10 @@ static void check(struct safety *s, const bool heated[CHANNELS], const int16_t t
         } else if (t > s->limits.temperature) {
             fault |= FAULT_TEMPERATURE;
         }
-        follow_meter(s, i, t);
+        s->temperature[i] = t;
+        if (t != NO_READING && !absurd(t)) {
+            thermal_report(&s->thermal[i], t);
+        }
     }
     if (fault) {
         safety_fault(s, fault);
@@ -105,20 +100,16 @@ void safety_tick(struct safety *s)
     bool heating = false;
     for (uint8_t i = 0; i < CHANNELS; i++) {
         heating = heating || s->duty[i] > 0;
-        if (s->duty[i] > HALF_DUTY) {
-            s->on_ms[i]++;
-            if (s->on_ms[i] >= s->limits.on_ms) {
-                fault |= FAULT_ON_TIME;
-            }
-            if (s->stuck_at[i] != NO_READING && ++s->stuck_ms[i] >= STUCK_MS) {
-                fault |= FAULT_SENSOR;
-            }
-        } else {
-            s->stuck_at[i] = s->temperature[i];
-            s->stuck_ms[i] = 0;
-            if (s->on_ms[i] > 0) {
-                s->on_ms[i]--;
-            }
+        bool heated = s->thermal[i].dose > 0 || s->duty[i] > 0;
+        /* Warm tubes that cool are no fault: only a channel that is heated is judged. */
+        if (!thermal_tick(&s->thermal[i], &s->tube[i], s->duty[i]) || !heated) {
+            continue;
+        }
+        if (thermal_above(&s->thermal[i], s->limits.rise)) {
+            fault |= FAULT_HEAT;
+        }
+        if (thermal_unseen(&s->thermal[i], MUST_SHOW)) {
+            fault |= FAULT_SENSOR;
         }
     }
     if (s->silence_ms < UINT16_MAX) {
@@ -139,10 +130,12 @@ static bool cause_lasts(const struct safety *s)
         if ((s->faults & FAULT_TEMPERATURE) && t > s->limits.temperature - COOL_MARGIN) {
             return true;
         }
-        if ((s->faults & FAULT_SENSOR) && absurd(t)) {
+        if ((s->faults & FAULT_SENSOR) &&
+            (absurd(t) || thermal_unseen(&s->thermal[i], MUST_SHOW / 2))) {
             return true;
         }
-        if ((s->faults & FAULT_ON_TIME) && s->on_ms[i] > s->limits.on_ms / 2) {
+        if ((s->faults & FAULT_HEAT) &&
+            thermal_above(&s->thermal[i], (int16_t)(s->limits.rise - COOL_MARGIN))) {
             return true;
         }
     }
@@ -155,10 +148,6 @@ bool safety_clear(struct safety *s)
         return false;
     }
     s->faults = 0;
-    for (uint8_t i = 0; i < CHANNELS; i++) {
-        s->stuck_at[i] = NO_READING;
-        s->stuck_ms[i] = 0;
-    }
     return true;
 }
 
@@ -167,8 +156,8 @@ void safety_tighten(struct safety *s, const struct limits *limits)
     if (limits->duty < s->limits.duty) {
         s->limits.duty = limits->duty;
     }
-    if (limits->on_ms < s->limits.on_ms) {
-        s->limits.on_ms = limits->on_ms;
+    if (limits->rise < s->limits.rise) {
+        s->limits.rise = limits->rise;
     }
     if (limits->temperature < s->limits.temperature) {
         s->limits.temperature = limits->temperature;
@@ -176,4 +165,14 @@ void safety_tighten(struct safety *s, const struct limits *limits)
     for (uint8_t i = 0; i < CHANNELS; i++) {
         s->duty[i] = within(s, s->duty[i]);
     }
+}
+
+bool safety_any_above(const struct safety *s, int16_t rise)
+{
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        if (thermal_above(&s->thermal[i], rise)) {
+            return true;
+        }
+    }
+    return false;
 }

@@ -5,23 +5,25 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "thermal.h"
+
 #define CHANNELS 2
 #define NO_READING INT16_MIN
 
 enum fault {
     FAULT_DEADMAN = 1,          /* no valid heater command for DEADMAN_MS while a heater was on */
     FAULT_TEMPERATURE = 2,      /* reported temperature above the limit */
-    FAULT_ON_TIME = 4,          /* too long above half power */
+    FAULT_HEAT = 4,             /* by the heat model a tube may be too hot, whatever is reported */
     FAULT_WATCHDOG = 8,         /* the firmware hung and was reset */
     FAULT_BROWN_OUT = 16,       /* the supply sagged and the board was reset */
-    FAULT_SENSOR = 32,          /* temperature absent, absurd or stuck while heating */
+    FAULT_SENSOR = 32,          /* temperature absent while heating, absurd, or heat does not show */
     FAULT_INTERNAL = 64         /* output registers are not what they should be */
 };
 
 struct limits {
     uint8_t duty;
-    uint16_t on_ms;
-    int16_t temperature;        /* 0.1 C */
+    int16_t rise;               /* of the heat model above the room, 0.1 C */
+    int16_t temperature;        /* reported, 0.1 C */
 };
 
 struct safety {
@@ -29,14 +31,21 @@ struct safety {
     uint8_t duty[CHANNELS];             /* what the heaters must be given now */
     uint8_t faults;                     /* latched; any of them keeps the heaters off */
     uint16_t silence_ms;                /* since the last valid heater command */
-    uint16_t on_ms[CHANNELS];           /* time above half power, minus time below */
     int16_t temperature[CHANNELS];      /* as reported last, 0.1 C or NO_READING */
-    int16_t stuck_at[CHANNELS];         /* reading from which the meter has to move */
-    uint16_t stuck_ms[CHANNELS];        /* for how long it has not, at high power */
+    struct tube tube[CHANNELS];
+    struct thermal thermal[CHANNELS];
+};
+
+/* What is known of the tubes when the board comes up. */
+struct memory {
+    struct tube tube[CHANNELS];         /* as calibrated; all zero where not */
+    bool known;                         /* `thermal` has survived the reset */
+    bool hot;                           /* where not: a tube may have been hot when the power went */
+    struct thermal thermal[CHANNELS];
 };
 
 /* Start with heaters off; `faults` are those that the reset itself left behind. */
-void safety_start(struct safety *s, uint8_t faults);
+void safety_start(struct safety *s, uint8_t faults, const struct memory *memory);
 
 /* A host's command: duties 0-255 and temperatures [0.1 C, NO_READING]. Feeds the dead-man.
  * With any fault latched or raised the duties become 0. */
@@ -61,6 +70,9 @@ void safety_fault(struct safety *s, uint8_t fault);
 
 /* Clear latched faults; false, and nothing changes, while the cause of one lasts. */
 bool safety_clear(struct safety *s);
+
+/* Whether a tube may be warmer than the room by more than a rise [0.1 C]. */
+bool safety_any_above(const struct safety *s, int16_t rise);
 
 /* Tighten limits: values looser than those in force change nothing. */
 void safety_tighten(struct safety *s, const struct limits *limits);

@@ -14,7 +14,45 @@ void host_start(struct bench *b, uint8_t cause, bool was_heating, uint8_t role, 
 {
     struct start start = {cause, was_heating, (enum role)role, boot};
     memset(b, 0xA5, sizeof *b);         /* nothing may rely on memory that is zero */
-    bench_start(b, start);
+    struct memory memory;
+    memset(&memory, 0, sizeof memory);
+    bench_start(b, start, &memory);
+}
+
+/* A tube that is calibrated, or not (gain 0). */
+void host_tube(struct bench *b, uint8_t channel, uint16_t gain, uint16_t cooling)
+{
+    b->safety.tube[channel] = (struct tube){gain, cooling};
+}
+
+/* What is known of a tube: most, least, least_mean, shown, shown_mean, dose, ms. */
+void host_thermal(const struct bench *b, uint8_t channel, int32_t states[7])
+{
+    const struct thermal *t = &b->safety.thermal[channel];
+    const int32_t all[7] = {t->most, t->least, t->least_mean, t->shown, t->shown_mean, t->dose, t->ms};
+    memcpy(states, all, sizeof all);
+}
+
+bool host_stores(struct bench *b)
+{
+    bool store = b->store;
+    b->store = false;
+    return store;
+}
+
+/* Starts anew with what a board remembers of one tube's warmth [0.1 C], or that one was hot. */
+void host_restart(struct bench *b, bool known, bool hot, int16_t rise)
+{
+    struct start start = b->start;
+    struct memory memory;
+    memset(&memory, 0, sizeof memory);
+    memory.known = known;
+    memory.hot = hot;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        memory.tube[i] = b->safety.tube[i];
+        thermal_start(&memory.thermal[i], rise);
+    }
+    bench_start(b, start, &memory);
 }
 
 /* Moves what is to be sent into `text`; tells its length. */
@@ -70,6 +108,11 @@ void host_pin_value(struct bench *b, uint16_t value)
 void host_internal_fault(struct bench *b)
 {
     bench_internal_fault(b);
+}
+
+bool host_fan(const struct bench *b)
+{
+    return b->fan;
 }
 
 uint16_t host_crc(const uint8_t *bytes, size_t count)

@@ -78,7 +78,7 @@ class FakeLine:
 
 
 class FakeBoard(FakeLine):
-    """Answers ID, DUTY, STREAM, LIMIT, CLEAR and OFF; dead-man as the firmware has it."""
+    """Answers ID, DUTY, STREAM, LIMIT, TUBE, TUBES, CLEAR and OFF; dead-man as the firmware has it."""
 
     def __init__(self, role: str, counts: Callable[[], int] = lambda: 512) -> None:
         super().__init__()
@@ -86,8 +86,10 @@ class FakeBoard(FakeLine):
         self.boot, self.cause, self.faults = 7, 1, 0
         self.duties = (0, 0)
         self.temperatures: tuple[str, ...] = ()
-        self.limits = (255, 60000, 1100)
+        self.limits = (255, 900, 1100)
         self.tightest = self.limits
+        self.tubes: tuple[int, ...] = (450, 480, 450, 480)
+        self.fan = 0
         self.silent = False
         self.rate = 1.0
         """board seconds per second"""
@@ -110,15 +112,15 @@ class FakeBoard(FakeLine):
                 self.drop -= 1
             else:
                 micros = round(1e6 * (self.rate * now + self.offset)) % 2**32
-                self.say(f"={self._number}", micros, self.counts(), *self.duties, self.faults)
+                self.say(f"={self._number}", micros, 8 * self.counts(), *self.duties, self.faults)
             self._number = (self._number + 1) % 65536
 
     def reset(self, cause: int = 2, faults: int = 0) -> None:
         self.boot, self.cause, self.faults = self.boot + 1, cause, faults
-        self.duties, self._period, self._number = (0, 0), 0.0, 0
-        self.limits = (255, 60000, 1100)
+        self.duties, self._period, self._number, self.fan = (0, 0), 0.0, 0, 0
+        self.limits = (255, 900, 1100)
         self.offset = -self.rate * self._now
-        self.say("!BOOT", 1, 1, self.boot, self.cause, self.role)
+        self.say("!BOOT", 2, 2, self.boot, self.cause, self.role)
 
     def say(self, *words: object) -> None:
         if not self.silent:
@@ -136,7 +138,7 @@ class FakeBoard(FakeLine):
         sequence, verb, *arguments = text[1:].split(" ")
         answer: tuple[object, ...] = ()
         if verb == "ID":
-            answer = (1, 1, self.boot, self.cause, self.role)
+            answer = (2, 2, self.boot, self.cause, self.role)
         elif verb == "DUTY":
             self._commanded = self._now
             wanted = (int(arguments[0]), int(arguments[1]))
@@ -153,6 +155,15 @@ class FakeBoard(FakeLine):
         elif verb == "CLEAR":
             self.faults = 0
             answer = (0,)
+        elif verb == "FAN":
+            self.fan = int(arguments[0])
+            answer = (self.fan,)
+        elif verb == "TUBES":
+            answer = self.tubes
+        elif verb == "TUBE":
+            channel, *tube = map(int, arguments)
+            self.tubes = (*self.tubes[: 2 * channel], *tube, *self.tubes[2 * channel + 2 :])
+            answer = tuple(tube)
         elif verb == "OFF":
             self.duties = (0, 0)
         self.say(f"<{sequence}", "OK", *answer)

@@ -83,6 +83,26 @@ class HostFirmware:
         self._library.host_pin_value(self._bench, value)
         return self.text()
 
+    def calibrate(self, channel: int, gain: int, cooling: int) -> None:
+        """Tube `channel` has this calibration, or none (gain 0)."""
+        self._library.host_tube(self._bench, channel, gain, cooling)
+
+    def thermal(self, channel: int) -> tuple[int, ...]:
+        """most, least, least_mean, shown, shown_mean, dose and ms of the heat model."""
+        states = (ctypes.c_int32 * 7)()
+        self._library.host_thermal(self._bench, channel, states)
+        return tuple(states)
+
+    def restart(self, *, known: bool, hot: bool, rise: int = 0) -> None:
+        """Comes up anew; it remembers that both tubes are `rise` [0.1 C] warm, or that one was hot."""
+        self._library.host_restart(self._bench, ctypes.c_bool(known), ctypes.c_bool(hot), rise)
+        self.greeting = self.text()
+
+    @property
+    def stores(self) -> bool:
+        """Whether a calibration was to be stored since the last look."""
+        return bool(self._library.host_stores(self._bench) & 1)
+
     def internal_fault(self) -> bytes:
         self._library.host_internal_fault(self._bench)
         return self.text()

@@ -5,9 +5,12 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from muscle_bayes.bench import thermometry
+from muscle_bayes.bench import heat_model, thermometry
+from muscle_bayes.bench.recorder import UNCALIBRATED_RISE
+from muscle_bayes.bench.room import NEAR
 from muscle_bayes.bench.sequence import Limits
 from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.bench.simulation import overheating
 from muscle_bayes.bench.simulation.stuck_meter import MOST_EXCESS
 from muscle_bayes.cli import app
 
@@ -44,10 +47,15 @@ def test_the_times_for_which_heat_goes_on_are_those_of_the_code():
         f"from {thermometry.ANSWERED_WITHIN:g} s after its last answer",
         f"no rows after {thermometry.SILENT_AFTER:g} s",
         f"more than {thermometry.FAR:g} C below its setpoint",
-        f"from {thermometry.MOVED_WITHIN:g} s after they changed",
+        f"after {thermometry.MOVED_WITHIN:g} s of that since they changed",
         f"when {thermometry.UNPROVEN / 255:.1f} s of full power",
-        f"stuck after {thermometry.STUCK_AFTER:g} s",
-        f"stuck after {thermometry.STUCK_AFTER_WARM:g} s",
+        f"stuck after {thermometry.STUCK_AFTER:g} s of waiting",
+        f"ends after {heat_model.HOST_MUST_SHOW:g} C by the heat model",
+        f"may be above {heat_model.HOTTEST:g} C, whatever is shown",
+        f"after about {heat_model.MUST_SHOW:g} C of heat",
+        f"comes above {overheating.HOTTEST:g} C",
+        f"{UNCALIBRATED_RISE:g} C above the room, and `record` refuses more",
+        f"more than {NEAR:g} C off the room",
         f"more than {MOST_EXCESS:g} C above",
     ):
         assert told in text

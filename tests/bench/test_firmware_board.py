@@ -3,8 +3,10 @@
 import re
 import subprocess
 
+import numpy as np
 import pytest
 
+from muscle_bayes.bench.heat_model import TubeModel
 from muscle_bayes.bench.protocol import (
     Boot,
     Decoder,
@@ -117,17 +119,35 @@ def test_the_lamp_shows_heat(heater):
 def test_every_count_of_the_converter_is_read(firmware):
     with Processor(heater=False) as processor:
         processor.run(50)
-        ask(processor, "STREAM", 5)
-        decoder = Decoder()
         read = []
         for counts in range(1024):
             processor.set_analog(counts)
-            processor.run(5)
-            read += [m.adc for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
-        processor.run(20)
-        read += [m.adc for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
-        assert set(read) == set(range(1024))
-        assert read == sorted(read)
+            processor.run(9)
+            processor.receive()
+            (reply,) = ask(processor, "READ", wait=6)
+            read.append(read_answer("READ", reply)[1])
+        assert read == [8 * counts for counts in range(1024)]
+
+
+def test_noise_makes_readings_finer_than_a_count(firmware):
+    """A voltage between two counts, dithered by 0.4 counts of noise, shows to a tenth."""
+    random = np.random.default_rng(0)
+    with Processor(heater=False) as processor:
+        processor.run(50)
+        ask(processor, "STREAM", 8)
+        decoder = Decoder()
+        for true in (500.25, 500.5, 500.9):
+            read = []
+            for _ in range(1600):
+                processor.set_analog(round(true + random.normal(0.0, 0.4)))
+                processor.run(1)
+                samples = [m for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
+                read += [sample.adc / 8 for sample in samples]
+            read = read[2:]
+            assert np.mean(read) == pytest.approx(true, abs=0.05)
+            assert np.std(read) < 0.25  # of single conversions: 0.5
+            assert {8 * value % 1 for value in read} == {0.0}
+            assert len(set(read)) > 3
 
 
 def test_the_boards_clock_is_the_crystals(heater):
@@ -240,3 +260,139 @@ def test_a_damaged_index_repeats_no_command(firmware, heater, name, value):
     heater.poke(int(match[1], 16), value)
     heater.run(500)
     assert heater.duties == (0, 0)
+
+
+def warm(processor):
+    """Full duty for 6 s on A, which then is 26 C above the room by the calibrated model."""
+    for number in range(60):
+        shown = 250 + 4 * number
+        ask(processor, "DUTY", 255, 0, shown, 250, wait=100)
+
+
+@pytest.fixture
+def calibrated(firmware):
+    with Processor(heater=True) as processor:
+        processor.store_tubes((TubeModel(450, 480), TubeModel(300, 600)))
+        processor.run(50)
+        processor.receive()
+        yield processor
+
+
+def test_the_tubes_calibration_is_read_from_eeprom(calibrated):
+    assert read_answer("TUBES", ask(calibrated, "TUBES")[0]) == (450, 480, 300, 600)
+
+
+def test_a_calibration_is_kept_through_power_off(heater):
+    assert read_answer("TUBES", ask(heater, "TUBES")[0]) == (0, 0, 0, 0)
+    assert ask(heater, "TUBE", 0, 450, 480, wait=60)[0] == Reply(1, ("450", "480"))
+    ask(heater, "TUBE", 1, 300, 600, wait=60)
+    heater.reset(ResetCause.POWER_ON)
+    heater.run(50)
+    heater.receive()
+    assert read_answer("TUBES", ask(heater, "TUBES")[0]) == (450, 480, 300, 600)
+
+
+def test_a_calibration_that_has_suffered_is_none(firmware):
+    with Processor(heater=True) as processor:
+        processor.store_tubes((TubeModel(450, 480), TubeModel(300, 600)))
+        processor.write_eeprom(9, b"\x00")
+        processor.run(50)
+        processor.receive()
+        assert read_answer("TUBES", ask(processor, "TUBES")[0]) == (0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("cause", [ResetCause.EXTERNAL, ResetCause.WATCHDOG])
+def test_warmth_is_remembered_through_a_reset(calibrated, cause):
+    """26 C are there; 90 C are the limit: some 20 s more of full duty, not 26 s."""
+    warm(calibrated)
+    calibrated.reset(cause)
+    calibrated.run(50)
+    calibrated.receive()
+    ask(calibrated, "CLEAR")
+    assert heat_until_fault(calibrated) == pytest.approx(19.8, abs=0.5)
+
+
+def test_after_a_loss_of_power_a_warm_tube_counts_as_hot(calibrated):
+    warm(calibrated)
+    calibrated.reset(ResetCause.POWER_ON)
+    calibrated.run(50)
+    calibrated.receive()
+    assert heat_until_fault(calibrated) < 0.5
+
+
+def test_a_tube_that_has_cooled_is_forgotten(calibrated):
+    ask(calibrated, "DUTY", 255, 0, 250, 250, wait=300)
+    for number in range(10):
+        ask(calibrated, "DUTY", 255, 0, 250 + 3 * number, 250, wait=100)
+    calibrated.run(60_000)
+    calibrated.reset(ResetCause.POWER_ON)
+    calibrated.run(50)
+    calibrated.receive()
+    assert heat_until_fault(calibrated, most=3.0) == 3.0
+
+
+def heat_until_fault(processor, most=30.0):
+    """s of full duty on A until a fault; its thermocouple shows half of the rise."""
+    for number in range(round(10 * most)):
+        told = ask(processor, "DUTY", 255, 0, 380 + 2 * number, 250, wait=100)
+        if any(isinstance(m, FaultReport) and m.faults == Fault.HEAT for m in told):
+            return number / 10
+    return most
+
+
+def test_bytes_lost_by_a_full_buffer_are_noticed(firmware, heater):
+    heater.hang(interrupts=True)
+    heater.send(b"0" * 200)
+    heater.run(30)
+    assert heater.peek(symbol(firmware, "rx_lost")) == 1
+
+
+def test_what_follows_lost_bytes_joins_nothing_before_them(firmware, heater):
+    """The first byte that has room again breaks its frame, or voids the old protocol's number."""
+    heater.poke(symbol(firmware, "rx_lost"), 1)
+    assert not any(isinstance(m, Reply) for m in heat(heater))
+    assert heater.duties == (0, 0)
+    assert isinstance(heat(heater)[0], Reply)
+    assert heater.duties == (200, 100)
+
+
+def symbol(firmware, name):
+    """Address of a variable in data space."""
+    symbols = subprocess.run(
+        ["avr-nm", str(firmware / "muscle_bench.elf")], check=True, capture_output=True, text=True
+    ).stdout
+    match = re.search(rf"^0080(\w{{4}}) \w {name}\b", symbols, re.MULTILINE)
+    assert match is not None
+    return int(match[1], 16)
+
+
+def test_a_programmer_makes_the_watchdog_unconditional(firmware):
+    """Fuses: WDTON and EESAVE programmed (0), no boot loader, SPI programming on."""
+    text = (firmware.parent / "Makefile").read_text()
+    high = int(re.search(r"HIGH_FUSE := (0x\w\w)", text)[1], 16)
+    reset_off, debug, spi, watchdog, eeprom, *_size, loader = (
+        high >> bit & 1 for bit in range(7, -1, -1)
+    )
+    assert (reset_off, debug, spi, watchdog, eeprom, loader) == (1, 1, 0, 0, 0, 1)
+
+
+def test_the_fan_s_pin_follows_its_command_and_is_off_after_a_reset(heater):
+    fan = 0b1000_0000
+    assert heater.peek(DDRD) & fan
+    assert not heater.peek(PORTD) & fan
+    assert ask(heater, "FAN", 1)[0] == Reply(1, ("1",))
+    assert heater.peek(PORTD) & fan
+    heat(heater)
+    heater.run(1000)  # a fault of the heaters leaves it on: it cools
+    assert heater.peek(PORTD) & fan
+    heater.receive()
+    assert ask(heater, "FAN", 0)[0] == Reply(1, ("0",))
+    assert not heater.peek(PORTD) & fan
+    ask(heater, "FAN", 1)
+    heater.reset(ResetCause.EXTERNAL)
+    heater.run(50)
+    assert not heater.peek(PORTD) & fan
+    with Processor(heater=False) as sensor:
+        sensor.run(50)
+        sensor.receive()
+        assert ask(sensor, "FAN", 1)[0] == Error(1, "ROLE")

@@ -169,7 +169,7 @@ def test_it_needs_both_thermocouples(holding, temperatures, fault):
 
 
 def test_limits_hold_for_it(holding):
-    holding.ask("LIMIT", 60, 60_000, 1100)
+    holding.ask("LIMIT", 60, 900, 1100)
     for _ in range(100):
         hold(holding, 0)
         holding.tick(10)

@@ -1,5 +1,7 @@
 """The old sketch's protocol: old scripts run, under the new safety."""
 
+from math import log
+
 import pytest
 from host_firmware import (
     OLD_ANALOG_READ,
@@ -14,6 +16,7 @@ from muscle_bayes.bench.protocol import Fault, ResetCause, encode
 from muscle_bayes.bench.simulation.processor import FREQUENCY, Processor
 
 PROMPT = b"w\r\n"
+STOPPED = b"heaters off, fault 1; open the port again\r\n"
 
 
 @pytest.fixture
@@ -77,11 +80,24 @@ def test_the_dead_man_watches_old_scripts_too(board):
     board.old(1, 6)
     board.tick(390)
     assert board.duties == (255, 0)
-    assert board.tick(10) == b""  # an old script would take a notice for an answer
+    assert board.tick(10) == STOPPED
     assert board.duties == (0, 0)
     assert board.faults == Fault.DEADMAN
     board.old(1, 6)
     assert board.duties == (0, 0)
+
+
+def test_an_old_script_is_asked_no_more_but_told_every_second_of_a_fault(board):
+    """It waits for `w`, or reads a number: it stops or stumbles, and its screen shows why."""
+    board.old(1, 6)
+    board.tick(400)
+    for _ in range(3):
+        assert board.tick(1000).count(b"heaters off") == 1
+    told = board.old(4)
+    assert b"w" not in told
+    assert b"w" not in STOPPED
+    with pytest.raises(ValueError, match="heaters off, fault 1"):
+        int(STOPPED)
 
 
 def test_reading_pins_does_not_feed_the_dead_man(board):
@@ -93,11 +109,17 @@ def test_reading_pins_does_not_feed_the_dead_man(board):
     assert board.duties == (0, 0)
 
 
-def test_limits_hold_for_old_scripts(board):
-    for _ in range(60_000 // 100 + 5):
-        board.old(1, 6)
-        board.tick(88)
-    assert board.faults == Fault.ON_TIME
+def test_the_heat_model_bounds_old_scripts(board):
+    """No temperature reaches the board: half power ends before a tube can be above 115 C."""
+    for channel in range(2):
+        board.calibrate(channel, 450, 480)
+    heated = 0.0
+    while board.faults == 0 and heated < 200.0:
+        board.old(3, 6, 127)
+        board.tick(82)
+        heated += 0.1
+    assert board.faults == Fault.HEAT
+    assert heated == pytest.approx(48.0 * log(108 / 18), abs=1.5)
 
 
 def test_a_valid_frame_shuts_the_old_protocol_out(board):
@@ -138,13 +160,13 @@ class OldScript:
         self.lines = b""
 
     def line(self):
-        for _ in range(200):
+        for _ in range(1200):
             if b"\n" in self.lines:
                 line, self.lines = self.lines.split(b"\n", 1)
                 return line.strip()
             self.processor.run(1)
             self.lines += self.processor.receive()
-        raise AssertionError("no line came in 0.2 s")
+        raise AssertionError("no line came in 1.2 s")
 
     def send(self, *numbers):
         for number in numbers:
@@ -173,8 +195,10 @@ def test_an_old_script_runs_on_the_compiled_firmware(firmware):
             assert processor.duties == (duty, 255 - duty)
         processor.run(400)
         assert processor.duties == (0, 0)
-        script.send(1, 6)
-        processor.run(10)
+        lines = {script.line() for _ in range(3)}
+        assert STOPPED.strip() in lines - {b"w"}
+        processor.send(b"1")
+        processor.run(1200)
         assert processor.duties == (0, 0)  # the fault is latched
         processor.reset(ResetCause.EXTERNAL)  # opening the port resets the board
         processor.receive()

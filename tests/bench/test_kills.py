@@ -10,9 +10,9 @@ from fake_bench import RIG, FakeBench
 from killed_logger import SEQUENCE
 
 from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.run_file import read_events
+from muscle_bayes.bench.run_file import UNKNOWN_DELAY, read_events
 from muscle_bayes.bench.session import Session
-from muscle_bayes.data import read_metadata, read_runs
+from muscle_bayes.data import read_metadata, read_runs, recording_of
 
 HERE = Path(__file__).parent
 
@@ -23,7 +23,7 @@ def unkilled(tmp_path_factory) -> bytes:
     folder = tmp_path_factory.mktemp("unkilled")
     bench = FakeBench()
     bench.operator.delay = 0.05
-    bench.operator.stop_at = 60.0
+    bench.operator.stop_at = 150.0
     session = Session(
         SEQUENCE, folder / "s.toml", folder, bench.devices(), bench.operator, rig=RIG, load=0.1
     )
@@ -53,11 +53,17 @@ def check(trials: list[dict], unkilled: bytes) -> dict[str, int]:
             met["before the log"] += 1
             continue
         content = log.read_bytes()
+        made = recording_of(log)
+        assert "no end was written" in str(made)
+        assert not made.complete
         assert unkilled.startswith(content)  # not a byte of an earlier row differs
         (run,) = read_runs([folder])
         lost = trial["rows"] - len(run.table)
         assert lost in (0, 1)
         assert run.repairs == ()
+        if run.duration < 59.0:
+            assert run.metadata.thermometer.delay is None  # not known, which is not zero
+            assert run.metadata.thermometer.delay_uncertainty == UNKNOWN_DELAY
         changes = len(run.metadata.load.mass) - 1
         assert trial["changes"] - changes in (0, 1)
         times = run.metadata.load.time

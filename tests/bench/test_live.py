@@ -42,7 +42,7 @@ def test_panel_tells_everything():
         "bend-1",
         "1:23, about 1:02:05 to go",
         "6 of 32: A 64 C until stable",
-        "-26.9 deg (431 counts), load 139 g",
+        "-26.9 deg (431.0 counts), load 139 g",
         "2767, 2 lost, 1 resets",
         "61.4 C",
         "64.0 C",

@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 
+import numpy as np
 import pytest
 from fake_bench import FakeClock, FakeMeter
 from hypothesis import given
@@ -16,6 +17,7 @@ from muscle_bayes.bench.meter import (
     Meter,
     MeterError,
     ThreadedMeter,
+    agrees,
     first_reading,
     format_answer,
     parse_answer,
@@ -84,6 +86,53 @@ def test_short_and_long_answers_are_counted_and_not_used(garble):
     bench.device.garble = lambda data: data
     bench.run(1.0)
     assert bench.meter.latest is not None
+
+
+def test_random_answers_of_the_right_length_are_counted_and_not_used():
+    bench = Bench()
+    random = np.random.default_rng(0)
+    answers = 0
+
+    def garble(data):
+        nonlocal answers
+        answers += len(data) == 14
+        return random.bytes(len(data))
+
+    bench.run(0.5)
+    before = bench.meter.latest
+    bench.device.garble = garble
+    while answers < 1000:
+        bench.run(1.0)
+    assert bench.meter.garbled >= answers - 1
+    assert bench.meter.latest.temperatures == before.temperatures
+
+
+def test_a_jump_counts_once_two_answers_agree():
+    bench = Bench()
+    bench.run(0.5)
+    bench.device.forced = (900.0, 25.5)
+    while bench.meter.garbled == 0:
+        bench.run(0.005)
+    assert bench.meter.latest.temperatures == (30.0, 25.5)
+    bench.run(0.2)
+    assert bench.meter.latest.temperatures == (900.0, 25.5)
+    assert bench.meter.garbled == 1
+
+
+@pytest.mark.parametrize(
+    ("before", "raw", "passed", "sound"),
+    [
+        (250, 399, 0.06, True),
+        (250, 401, 0.06, False),
+        (250, 850, 2.0, True),
+        (0xFFFF, 0xFFFF, 0.06, True),
+        (0xFFFF, 0x7FFF, 0.06, False),
+        (250, 0xFFFF, 0.06, False),
+        (0xFFFF, 250, 9.0, False),
+    ],
+)
+def test_what_can_follow_what(before, raw, passed, sound):
+    assert agrees(before, raw, passed) is sound
 
 
 def test_silent_meter_is_asked_again():

@@ -83,7 +83,7 @@ def test_frames_as_written_down():
             "!BOOT 1 3 65535 8 HEATER",
             Boot(Identity(1, 3, 65535, ResetCause.WATCHDOG, Role.HEATER)),
         ),
-        ("!FAULT 5", FaultReport(Fault.DEADMAN | Fault.ON_TIME)),
+        ("!FAULT 5", FaultReport(Fault.DEADMAN | Fault.HEAT)),
         ("!CRC 12", ChecksumReport(12)),
     ],
 )
@@ -96,7 +96,7 @@ def test_every_kind_of_line_is_understood(text, message):
     "text",
     [
         "=7 4294967296 1023 255 0 0",
-        "=7 1 1024 255 0 0",
+        "=7 1 8185 255 0 0",
         "=7 1 1023 256 0 0",
         "=7 1 1023 255 0",
         "=7 1 1023 255 0 0 0",

@@ -27,7 +27,9 @@ def recorded(firmware, tmp_path_factory):
     """Folder of both runs, as the commands make them, and what `record` said of each."""
     folder = tmp_path_factory.mktemp("recorded")
     told = {}
-    for seed, (regime, *masses) in enumerate([("staircase", 139), ("sawtooth", 139, 166, 212)], 1):
+    for seed, (regime, *masses) in enumerate(
+        [("staircase", 0.139), ("sawtooth", 0.139, 0.166, 0.212)], 1
+    ):
         path, facts = folder / f"{regime}.toml", folder / f"{regime}.json"
         options = [word for mass in masses for word in ("--mass", mass)]
         assert run("sequence", regime, *options, "--out", path).exit_code == 0

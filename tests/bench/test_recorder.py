@@ -215,13 +215,13 @@ def test_heater_board_that_reboots_gets_its_limits_again(tmp_path):
     (outcome,) = trial.record()
     assert outcome.complete
     assert outcome.figures["recoveries"] == 1
-    assert trial.bench.heater.limits == (200, 60000, 1100)
+    assert trial.bench.heater.limits == (200, 900, 1100)
     assert trial.heated_between(5.0, 9.0)
 
 
 def test_tighter_limits_of_the_board_are_told(tmp_path):
     trial = Trial(tmp_path, HOLD.format(5.0))
-    trial.bench.heater.tightest = (180, 60000, 700)
+    trial.bench.heater.tightest = (180, 900, 700)
     with pytest.raises(RecordingError, match=r"tighter limits.*duty 180, 70 C.*reset button"):
         trial.record()
 
@@ -412,10 +412,10 @@ def test_recorded_runs_are_left_out_and_broken_ones_recorded_again(tmp_path):
     with pytest.raises(StoppedError):
         first.record()
     second = Trial(tmp_path, runs)
-    assert second.session.recorded() == ("part-0",)
+    assert second.session.recorded() == {"part-0": "part-0"}
     assert [outcome.name for outcome in second.record()] == ["part-1-again", "part-2"]
     third = Trial(tmp_path, runs)
-    assert third.session.recorded() == ("part-0", "part-1", "part-2")
+    assert tuple(third.session.recorded()) == ("part-0", "part-1", "part-2")
     assert third.record() == []
 
 

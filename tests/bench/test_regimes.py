@@ -77,5 +77,7 @@ def test_loads_are_chosen():
 def test_loads_are_refused_where_they_belong_to_the_regime():
     with pytest.raises(MuscleBayesError, match="t2 has loads of its own"):
         with_loads("t2", 25.0, [0.1])
-    with pytest.raises(MuscleBayesError, match="cannot hang"):
+    with pytest.raises(MuscleBayesError, match="no load"):
         with_loads("sawtooth", 25.0, [-0.1])
+    with pytest.raises(MuscleBayesError, match=r"139 kg are more than 20 kg.*write 0\.139"):
+        with_loads("sawtooth", 25.0, [139.0])

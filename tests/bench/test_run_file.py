@@ -9,16 +9,18 @@ import pytest
 from fake_bench import RIG
 
 from muscle_bayes.bench.run_file import (
+    LOG_HEADER,
+    RESOLUTION,
+    UNKNOWN_DELAY,
     Row,
     RunFile,
     RunFileError,
     format_row,
     free_name,
-    is_complete,
     read_events,
 )
 from muscle_bayes.bench.sequence import Sequence, Stage
-from muscle_bayes.data import HEADER, read_metadata, read_run
+from muscle_bayes.data import complete_attempt, read_metadata, read_run
 
 
 def row(number, **changes):
@@ -42,13 +44,22 @@ def metadata():
 
 
 def test_row_in_the_header_s_order():
-    assert format_row(row(1)) == b"0.030,25.0,40.0,0,,0.0,1,1,513\n"
-    assert len(HEADER) == format_row(row(1)).count(b",") + 1
+    assert format_row(row(1)) == b"0.030,25.0,40.0,0,,0.0,1,1,513,,,,\n"
+    told = row(1, duties=(200, 0), faults=5, fan=True)
+    assert format_row(told) == b"0.030,25.0,40.0,0,,0.0,1,1,513,200,0,5,1\n"
+    assert len(LOG_HEADER) == format_row(row(1)).count(b",") + 1
 
 
 def test_metadata_comes_first_and_the_log_with_two_rows(tmp_path, metadata):
     file = RunFile(tmp_path, "x", metadata)
-    assert read_metadata(tmp_path / "x.toml") == metadata
+    written = read_metadata(tmp_path / "x.toml")
+    assert written.thermometer.delay is None  # unknown, as long as nobody has measured it
+    assert written.thermometer.delay_uncertainty == UNKNOWN_DELAY
+    assert written.potentiometer.resolution == RESOLUTION == 0.125
+    assert (
+        written.model_copy(update={"thermometer": None, "potentiometer": metadata.potentiometer})
+        == metadata
+    )
     file.append(row(0))
     assert not file.path.exists()
     file.append(row(1))
@@ -98,13 +109,13 @@ def test_names(tmp_path, metadata):
     for expected in ("x", "x-again", "x-again-2", "x-again-3"):
         assert free_name(tmp_path, "x") == expected
         file = RunFile(tmp_path, expected, metadata)
-        assert not is_complete(tmp_path, "x")
+        assert complete_attempt(tmp_path, "x") is None
         for number in range(2):
             file.append(row(number))
         file.event("end", complete=expected == "x-again-3")
         file.close()
-    assert is_complete(tmp_path, "x")
-    assert not is_complete(tmp_path, "x-a")
+    assert complete_attempt(tmp_path, "x") == "x-again-3"
+    assert complete_attempt(tmp_path, "x-a") is None
 
 
 def test_folder_that_cannot_be_written(tmp_path, metadata):

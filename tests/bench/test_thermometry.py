@@ -11,7 +11,6 @@ from muscle_bayes.bench.thermometry import (
     REMEDIES,
     SILENT_AFTER,
     STUCK_AFTER,
-    STUCK_AFTER_WARM,
     UNPROVEN,
     Verdict,
     Watch,
@@ -38,8 +37,8 @@ def test_a_heating_tube_is_good():
     assert set(found) == {Verdict.GOOD}
 
 
-def test_a_quiet_tube_at_its_setpoint_is_good_for_a_minute():
-    found, _ = follow(Watch(), [90.0] * int(0.9 * STUCK_AFTER_WARM / UPDATE), duty=77)
+def test_a_quiet_tube_near_the_room_is_good_for_minutes():
+    found, _ = follow(Watch(), [27.0] * int(200.0 / UPDATE), duty=2)
     assert set(found) == {Verdict.GOOD}
 
 
@@ -80,7 +79,9 @@ def test_open_is_open_until_two_agree():
     assert found == [Verdict.GOOD, open_, open_, open_, Verdict.GOOD]
 
 
-@pytest.mark.parametrize(("duty", "after"), [(255, STUCK_AFTER), (80, STUCK_AFTER_WARM)])
+@pytest.mark.parametrize(
+    ("duty", "after"), [(255, MOVED_WITHIN + STUCK_AFTER), (80, UNPROVEN / 80 + STUCK_AFTER)]
+)
 def test_the_same_digits_while_heating_are_stuck_until_they_change(duty, after):
     watch = Watch()
     readings = int(after / UPDATE) + 3
@@ -149,19 +150,32 @@ def test_a_tube_near_its_setpoint_is_not_heated_hard():
         watch.read(time, 60.0)
         watch.check(time, 200, 60.0 + FAR)
     assert not watch.waits
-    watch.read(2.1, 60.0)
-    watch.check(2.1, 200, 60.0 + FAR)
-    assert watch.waits  # 420 duty seconds
+    for time in np.arange(1.5, 2.1, 0.03):
+        watch.read(time, 60.0)
+        watch.check(time, 200, 60.0 + FAR)
+    assert watch.waits  # 400 duty seconds and more
 
 
 def test_less_heat_waits_on():
-    """A stuck meter does not get its heat back because less of it is wanted."""
+    """A stuck meter does not get its heat back because less of it is wanted, or none for a while."""
     watch = held(255)
     assert stands_still(watch, 255) < 0.5
-    watch.check(0.5, 10)
-    assert watch.waits
-    watch.check(0.6, 0)
-    assert not watch.waits
+    for duty in (10, 0, 255):
+        watch.check(0.6, duty)
+        assert watch.waits
+
+
+@pytest.mark.parametrize("pause", [0, 50])
+def test_pauses_are_no_proof_of_life(pause):
+    """Hard heating with a pause in every fifth look: what counts is the heat since the digits moved."""
+    watch = held(255)
+    waited = None
+    for number, time in enumerate(np.arange(0.0, 3.0, 0.03)):
+        watch.read(time, 60.0)
+        watch.check(time, pause if number % 5 == 0 else 255)
+        if watch.waits and waited is None:
+            waited = time
+    assert waited == pytest.approx(MOVED_WITHIN * 5 / 4, abs=0.07)
 
 
 def test_a_cold_tube_gets_one_burst_of_heat():

@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Final
 
 from muscle_bayes.bench.clock import Clock
+from muscle_bayes.bench.heat_model import TubeModel
 from muscle_bayes.bench.protocol import (
     ERRORS,
     Boot,
@@ -58,6 +59,8 @@ class Board:
         self.name = name
         self.heat: HeaterState | None = None
         self.faults = Fault(0)
+        self.fan: bool | None = None
+        """whether the fan is on, as the board said last"""
         self.identity: Identity | None = None
         self._transport = transport
         self._clock = clock
@@ -120,15 +123,32 @@ class Board:
         """
         self._send("DUTY", first, second, _tenths(first_t), _tenths(second_t))
 
+    def command_fan(self, on: bool) -> None:
+        """Switch the fan. The reply comes with `poll`, into `fan`; to be repeated until it does."""
+        self._send("FAN", int(on))
+
     def stream(self, period_ms: int) -> None:
         """Have samples sent every so many ms; 0 ends it. Waits for the answer."""
         self.request("STREAM", period_ms)
 
-    def limit(self, duty: int, on_ms: int, temperature: float) -> tuple[int, int, float]:
-        """Tighten highest duty, time above half power [ms] and temperature [C]; those in force."""
-        values = self.request("LIMIT", duty, on_ms, _tenths(temperature))
+    def limit(self, duty: int, rise: float, temperature: float) -> tuple[int, float, float]:
+        """Tighten highest duty, modelled rise [C] and reported temperature [C]; those in force."""
+        values = self.request("LIMIT", duty, _tenths(rise), _tenths(temperature))
         in_force = [value for value in values if isinstance(value, int)]
-        return in_force[0], in_force[1], in_force[2] / 10
+        return in_force[0], in_force[1] / 10, in_force[2] / 10
+
+    def tubes(self) -> tuple[TubeModel | None, TubeModel | None]:
+        """How the heater tubes are calibrated, None where one is not."""
+        values = [int(value or 0) for value in self.request("TUBES")]
+        first, second = (
+            TubeModel(gain, cooling) if gain else None
+            for gain, cooling in zip(values[::2], values[1::2], strict=True)
+        )
+        return first, second
+
+    def calibrate_tube(self, channel: int, tube: TubeModel) -> None:
+        """Store the calibration of tube 0 or 1 on the board. Raises BoardError."""
+        self.request("TUBE", channel, tube.gain, tube.cooling)
 
     def clear(self) -> None:
         """Clear latched faults. Raises BoardError while the cause of one lasts."""
@@ -183,11 +203,14 @@ class Board:
                 first, second, faults = (int(v or 0) for v in read_answer(verb, message))
                 self.heat = HeaterState((first, second), Fault(faults))
                 self.faults = Fault(faults)
+            elif isinstance(message, Reply) and verb == "FAN":
+                self.fan = bool(read_answer(verb, message)[0])
         elif isinstance(message, FaultReport | Sample):
             self.faults = message.faults
         elif isinstance(message, Boot):
             self.identity = message.identity
             self.heat = None
+            self.fan = False  # every reset switches it off
             self._asked.clear()
             self._owed_since = None
         elif isinstance(message, Prompt):

@@ -45,11 +45,11 @@ class EndstopFinder:
         self.found: list[float] = []
         """readings at the endstops, in the order in which they were reached, counts"""
         self._rising: bool | None = None
-        self._start: tuple[int, int] | None = None
-        self._extreme = 0
-        self._leg: list[int] = []
+        self._start: tuple[float, float] | None = None
+        self._extreme = 0.0
+        self._leg: list[float] = []
 
-    def feed(self, reading: int) -> None:
+    def feed(self, reading: float) -> None:
         """Take one reading [counts]."""
         if self._rising is None:
             self._begin(reading)
@@ -63,7 +63,7 @@ class EndstopFinder:
             self.found.append(float(median(near)))
             self._rising, self._extreme, self._leg = not self._rising, reading, [reading]
 
-    def _begin(self, reading: int) -> None:
+    def _begin(self, reading: float) -> None:
         low, high = self._start or (reading, reading)
         self._start = (min(low, reading), max(high, reading))
         if reading - low >= TURN or high - reading >= TURN:

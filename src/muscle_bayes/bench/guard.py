@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from muscle_bayes.bench.board import Board, BoardError
 from muscle_bayes.bench.devices import Devices
-from muscle_bayes.bench.heating import Heating
+from muscle_bayes.bench.heating import Heating, most_rise
 from muscle_bayes.bench.link import Link
 from muscle_bayes.bench.meter import MeterError
 from muscle_bayes.bench.protocol import Boot, Fault, explain
@@ -18,7 +18,6 @@ from muscle_bayes.errors import MuscleBayesError
 
 MOST_RECOVERIES: Final = 3
 """Times that a run goes on after the heater board's dead-man, reset or absence."""
-_MOST_ON_MS: Final = 60000
 _STATE_TIME: Final = 1.0
 _OFF_TIME: Final = 0.5
 
@@ -31,15 +30,25 @@ class Guard:
     """Keeps the lines up and the heaters off while one is down."""
 
     def __init__(
-        self, devices: Devices, stream: SampleStream, heating: Heating, limits: Limits, tell: Tell
+        self,
+        devices: Devices,
+        stream: SampleStream,
+        heating: Heating,
+        limits: Limits,
+        tell: Tell,
+        room: float,
     ) -> None:
+        """`room` in C."""
         self.troubles: tuple[str, ...] = ()
         """what keeps the heaters off now"""
         self.recoveries = 0
+        self.fan = False
+        """whether the fan is wanted on"""
         self._devices = devices
         self._stream = stream
         self._heating = heating
         self._limits = limits
+        self._room = room
         self._tell = tell
         self._since: float | None = None
         self._boot: int | None = None
@@ -85,6 +94,8 @@ class Guard:
             return
         try:
             link.device.command_duty(*duties, *self._heating.temperatures)
+            if link.device.fan != self.fan:
+                link.device.command_fan(self.fan)
         except BoardError as error:
             self._lose(link, error)
 
@@ -129,6 +140,8 @@ class Guard:
 
     def _judge_readings(self, now: float) -> None:
         self._heating.judge(now)
+        if (alarm := self._heating.alarm) is not None:
+            raise RecordingError(alarm)
         if self._heating.hottest > self._limits.max_temperature:
             raise RecordingError(
                 f"{self._heating.hottest:.1f} C is above limits.max_temperature, "
@@ -162,12 +175,15 @@ class Guard:
             clock.sleep(0.005)
             board.poll()
         self._treat_faults(board)
-        wanted = (self._limits.max_duty, _MOST_ON_MS, self._limits.max_temperature)
-        duty, _, temperature = board.limit(*wanted)
-        if duty < wanted[0] or temperature < wanted[2] - 0.05:
+        self._heating.calibrate(board.tubes())
+        rise = most_rise(self._room)
+        wanted = (self._limits.max_duty, rise, self._limits.max_temperature)
+        if any(got < least - 0.05 for got, least in zip(board.limit(*wanted), wanted, strict=True)):
+            duty, rise, temperature = board.limit(*wanted)
             raise RecordingError(
                 f"the heater board holds to tighter limits than the sequence's: duty {duty}, "
-                f"{temperature:g} C. Fix: press its reset button, or lower the sequence's limits"
+                f"{temperature:g} C, {rise:g} C above the room. Fix: press its reset "
+                "button, or lower the sequence's limits"
             )
 
     def _treat_faults(self, board: Board) -> None:

@@ -1,12 +1,30 @@
-"""From meter to duties: two channels, each under its control and its watch."""
+"""From meter to duties: two channels, each under its control, its watch and its heat model."""
 
 from dataclasses import dataclass, field
 from math import inf
+from typing import Final
 
+from muscle_bayes.bench.heat_model import (
+    HOST_MUST_SHOW,
+    HOTTEST,
+    MOST_RISE,
+    HeatModel,
+    TubeModel,
+)
 from muscle_bayes.bench.meter import MeterSource, Reading
 from muscle_bayes.bench.sequence import Stage
-from muscle_bayes.bench.temperature_control import TemperatureControl
+from muscle_bayes.bench.temperature_control import FULL_DUTY, TemperatureControl
 from muscle_bayes.bench.thermometry import REMEDIES, Verdict, Watch
+
+MARGIN: Final = 2.0
+"""By so much the host stays below what the board allows a tube by the heat model, C."""
+_LONGEST_DUTY: Final = 400
+"""ms after which the board's dead-man has ended a duty that was not repeated."""
+
+
+def most_rise(room: float) -> float:
+    """Rise that the board may allow a tube in a room [C], so that it stays below HOTTEST, C."""
+    return min(MOST_RISE, HOTTEST - room)
 
 
 @dataclass
@@ -18,6 +36,7 @@ class Channel:
     """whether the run depends on its thermocouple"""
     control: TemperatureControl = field(default_factory=TemperatureControl)
     watch: Watch = field(default_factory=Watch)
+    model: HeatModel = field(default_factory=HeatModel)
     verdict: Verdict = Verdict.SILENT
     duty: int = 0
     """what is given, of 255; the control may want more"""
@@ -36,8 +55,14 @@ class Channel:
 class Heating:
     """Both channels; `step` gives the duties, (0, 0) while there is trouble or the meter is overdue."""
 
-    def __init__(self, needed: tuple[bool, bool]) -> None:
+    def __init__(
+        self, needed: tuple[bool, bool], *, room: float = 25.0, max_duty: int = FULL_DUTY
+    ) -> None:
+        """`room` in C; no duty exceeds `max_duty`."""
         self.channels = (Channel("a", needed[0]), Channel("b", needed[1]))
+        self._most_rise = most_rise(room) - MARGIN
+        self._max_duty = max_duty
+        self._judged: float | None = None
         self.fresh = False
         """Whether a reading came since this flag was last cleared."""
         self._taken: Reading | None = None
@@ -56,6 +81,26 @@ class Heating:
                 return (
                     f"thermocouple {channel.side.upper()}: {shown}. "
                     f"Fix: {REMEDIES[channel.verdict]}."
+                )
+        return None
+
+    @property
+    def alarm(self) -> str | None:
+        """What a person has to look at before any more heat; None if nothing."""
+        for channel in self.channels:
+            name = channel.side.upper()
+            if channel.duty > 0 and channel.model.unseen(HOST_MUST_SHOW):
+                return (
+                    f"thermocouple {name} does not show the heat that heater {name} was given: "
+                    f"{channel.model.expected:.0f} C by the heat model. Fix: look whether the "
+                    "thermocouple sits in its tube, whether both are on their own channel, and "
+                    "whether the heater is connected"
+                )
+            if channel.duty > 0 and channel.model.above(self._most_rise):
+                return (
+                    f"by the heat it was given tube {name} may be {channel.model.highest_rise:.0f} "
+                    "C warmer than the room, whatever its thermocouple shows. Fix: look whether "
+                    "it sits in its tube; if so, `muscle-bayes calibrate-heaters`"
                 )
         return None
 
@@ -93,9 +138,21 @@ class Heating:
         for channel, value in zip(self.channels, reading.temperatures, strict=True):
             channel.watch.read(reading.time, value)
 
+    def calibrate(self, tubes: tuple[TubeModel | None, TubeModel | None]) -> None:
+        """Take the tubes' calibration from the board."""
+        for channel, tube in zip(self.channels, tubes, strict=True):
+            channel.model.model = tube
+
     def judge(self, now: float) -> None:
-        """Judge the channels at a host time [s]."""
+        """Judge the channels at a host time [s], the duties having been given until then."""
+        passed = 0 if self._judged is None else round(1000 * (now - self._judged))
+        self._judged = now if self._judged is None else self._judged + passed / 1000
         for channel in self.channels:
+            heated = min(passed, _LONGEST_DUTY)
+            channel.model.advance(channel.duty, heated)
+            channel.model.advance(0, passed - heated)
+            if channel.temperature is not None:
+                channel.model.report(channel.temperature)
             setpoint = channel.control.setpoint
             channel.verdict = channel.watch.check(
                 now, channel.control.duty, -inf if setpoint is None else setpoint
@@ -130,6 +187,6 @@ class Heating:
                 channel.control.update(channel.temperature, now)
         waits = any(c.control.duty > 0 and c.watch.waits for c in self.channels)
         for channel in self.channels:
-            channel.duty = 0 if waits else channel.control.duty
+            channel.duty = 0 if waits else min(channel.control.duty, self._max_duty)
         first, second = (channel.duty for channel in self.channels)
         return first, second

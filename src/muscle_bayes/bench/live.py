@@ -91,7 +91,7 @@ def _facts(status: Status) -> Table:
     table = Table.grid(padding=(0, 2))
     time = "not logging yet" if status.time is None else clock(status.time)
     angle = "-" if status.angle is None else f"{degrees(status.angle):.1f} deg"
-    counts = "-" if status.reading is None else f"{status.reading} counts"
+    counts = "-" if status.reading is None else f"{status.reading:.1f} counts"
     table.add_row("time", f"{time}, about {clock(status.time_to_go)} to go")
     table.add_row("stage", f"{status.stage_number} of {status.stages}: {status.stage}")
     table.add_row("angle", f"{angle} ({counts}), load {1000 * status.load:g} g")

@@ -1,4 +1,4 @@
-"""Every frame of the boards' line protocol, version 1, as one table.
+"""Every frame of the boards' line protocol, version 2, as one table.
 
 The encoder and the decoder (`protocol`) work from it, and so do the tables of docs/protocol.md.
 """
@@ -9,9 +9,13 @@ from typing import Final, Literal
 
 from muscle_bayes.errors import MuscleBayesError
 
-VERSION: Final = 1
+VERSION: Final = 2
 NO_READING: Final = "-"
 """Stands for the temperature of a channel without thermocouple."""
+
+
+AVERAGED: Final = 8
+"""Conversions whose sum a sample tells: a count is that many."""
 
 
 class ProtocolError(MuscleBayesError):
@@ -23,7 +27,7 @@ class Fault(IntFlag):
 
     DEADMAN = 1
     OVER_TEMPERATURE = 2
-    ON_TIME = 4
+    HEAT = 4
     WATCHDOG = 8
     BROWN_OUT = 16
     SENSOR = 32
@@ -33,10 +37,10 @@ class Fault(IntFlag):
 FAULT_MEANINGS: Final = {
     Fault.DEADMAN: "no valid heater command for 0.4 s while a heater was on",
     Fault.OVER_TEMPERATURE: "a reported temperature was above the limit",
-    Fault.ON_TIME: "a channel was above half power for too long",
+    Fault.HEAT: "by the heat model a tube may be too hot, whatever was reported",
     Fault.WATCHDOG: "the firmware hung and was reset",
     Fault.BROWN_OUT: "the supply sagged and the board was reset",
-    Fault.SENSOR: "a temperature was absent while heating, absurd, or stuck at high power",
+    Fault.SENSOR: "a temperature was absent while heating, absurd, or did not show the heat given",
     Fault.INTERNAL: "the board found its output registers wrong",
 }
 
@@ -115,12 +119,24 @@ _T1 = Field("T1", "temperature of channel B, 0.1 C, `-` = no thermocouple", -327
 _FAULTS = Field("FAULTS", "latched faults, sum of the bits below", 0, 255)
 _PERIOD = Field("PERIOD_MS", "between samples, 5 to 10000, 0 = no stream", 0, 10000)
 _NUMBER = Field("N", "number of the sample, wraps", 0, _U16)
-_MICROS = Field("MICROS", "board's clock at the sample, us, wraps", 0, _U32)
-_ADC = Field("ADC", "analog input 0", 0, 1023)
+_MICROS = Field("MICROS", "board's clock in the middle of the conversions, us, wraps", 0, _U32)
+_ADC = Field("ADC", "sum of the last 8 conversions of analog input 0, one a ms", 0, 8 * 1023)
 _SETPOINT = Field("SETPOINT", "analog input 0 that is wanted", 0, 1023)
 _MAX_DUTY = Field("MAXDUTY", "highest duty", 0, 255)
-_MAX_ON = Field("MAXON_MS", "time above half power, less the time below it, ms", 0, _U16)
+_MAX_RISE = Field("MAXRISE", "highest rise above the room by the heat model, 0.1 C", 0, 32767)
 _MAX_T = Field("MAXT", "highest reported temperature, 0.1 C", 0, 32767)
+_FAN = Field("FAN", "1 = the fan is on", 0, 1)
+_CHANNEL = Field("CHANNEL", "0 = heater A, 1 = heater B", 0, 1)
+_GAIN = Field("GAIN", "rate of a tube at full duty, 0.01 C/s", 100, 1000)
+_COOLING = Field("COOLING", "time constant of a tube, 0.1 s", 100, 1000)
+_TUBES = tuple(
+    Field(f"{name}{channel}", f"{meaning} of tube {'AB'[channel]}{more}", 0, _U16)
+    for channel in range(2)
+    for name, meaning, more in (
+        ("G", "rate at full duty", ", 0.01 C/s; 0 = not calibrated"),
+        ("C", "time constant", ", 0.1 s"),
+    )
+)
 _COUNT = Field("COUNT", "garbled frames since the boot, wraps", 0, _U16)
 _SAMPLE = (_MICROS, _ADC, _D0, _D1, _FAULTS)
 _IDENTITY = (_VERSION, _FIRMWARE, _BOOT, _CAUSE, _ROLE)
@@ -130,8 +146,9 @@ ERRORS: Final = {
     "VERB": "the verb is unknown",
     "ARGS": "arguments are missing, too many, or no numbers",
     "RANGE": "an argument is out of range",
-    "ROLE": "heat was asked of a sensor board",
+    "ROLE": "heat, a tube or the fan was asked of a sensor board",
     "FAULT": "CLEAR was refused: the cause of a fault lasts",
+    "HEAT": "refused while a heater is on",
     "GAINS": "HOLD was refused: no gains are compiled in",
     "BUSY": "no sample has been taken yet; ask again",
 }
@@ -184,13 +201,13 @@ MESSAGES: Final = Table(
             (_D0, _D1, _FAULTS),
         ),
         Command("STREAM", "send samples at a steady rate", (_PERIOD,), (_PERIOD,)),
-        Command("READ", "send one sample, at most 1 ms old", (), _SAMPLE),
+        Command("READ", "send one sample, the newest conversion at most 1 ms old", (), _SAMPLE),
         Command(
             "LIMIT",
             "tighten limits until the next boot; looser values change nothing; "
             "tells those in force",
-            (_MAX_DUTY, _MAX_ON, _MAX_T),
-            (_MAX_DUTY, _MAX_ON, _MAX_T),
+            (_MAX_DUTY, _MAX_RISE, _MAX_T),
+            (_MAX_DUTY, _MAX_RISE, _MAX_T),
         ),
         Command("CLEAR", "clear latched faults; heaters stay off", (), (_FAULTS,)),
         Command("OFF", "heaters off"),
@@ -201,6 +218,14 @@ MESSAGES: Final = Table(
             (_SETPOINT, _T0, _T1),
             (_D0, _D1, _FAULTS),
         ),
+        Command(
+            "TUBE",
+            "calibrate a heater tube; kept in EEPROM",
+            (_CHANNEL, _GAIN, _COOLING),
+            (_GAIN, _COOLING),
+        ),
+        Command("FAN", "switch pin 7, a fan's; off after every reset", (_FAN,), (_FAN,)),
+        Command("TUBES", "tell how the tubes are calibrated", (), _TUBES),
     ),
     notices=(
         Notice("=", "", "a streamed sample", (_NUMBER, *_SAMPLE)),

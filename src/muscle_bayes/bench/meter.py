@@ -22,6 +22,10 @@ RANGE_TENTHS: Final = 13720
 
 ANSWER_TIME: Final = 0.6
 """Longest wait for an answer before the next request, s."""
+_FASTEST: Final = 30.0
+"""Change that no heater tube does, C/s."""
+_UPDATE: Final = 0.5
+"""Longest time between two measurements of the meter, s."""
 PAUSE: Final = 0.05
 """s from something that was no answer to the next request, so that its rest can pass."""
 
@@ -42,16 +46,31 @@ class Reading:
     """host time of the request, s; None where there was none"""
 
 
-def parse_answer(answer: bytes) -> tuple[float | None, float | None]:
-    """T1 and T2 [C] of an answer, None where open (OL).
+def raw_answer(answer: bytes) -> tuple[int, int]:
+    """T1 and T2 of an answer as the meter codes them.
 
     Raises ValueError where the answer does not have 14 bytes.
     """
     if len(answer) != ANSWER_LENGTH:
         raise ValueError(f"an answer has {ANSWER_LENGTH} bytes, this one {len(answer)}")
-    tenths = (struct.unpack_from(">H", answer, at)[0] for at in (_FIRST, _SECOND))
-    first, second = (None if raw > RANGE_TENTHS else raw / 10 for raw in tenths)
+    first, second = (struct.unpack_from(">H", answer, at)[0] for at in (_FIRST, _SECOND))
     return first, second
+
+
+def parse_answer(answer: bytes) -> tuple[float | None, float | None]:
+    """T1 and T2 [C] of an answer, None where open (OL).
+
+    Raises ValueError where the answer does not have 14 bytes.
+    """
+    first, second = (None if raw > RANGE_TENTHS else raw / 10 for raw in raw_answer(answer))
+    return first, second
+
+
+def agrees(before: int, raw: int, passed: float) -> bool:
+    """Whether a channel's code can follow another after a time [s]: by warmth, or OL as before."""
+    if before > RANGE_TENTHS or raw > RANGE_TENTHS:
+        return before == raw
+    return abs(raw - before) <= 10 * _FASTEST * max(passed, _UPDATE)
 
 
 def format_answer(temperatures: Sequence[float | None]) -> bytes:
@@ -90,8 +109,9 @@ class Meter:
 
     The age of a reading is the log's lag behind the truth, and heaters rise by some C a second.
 
-    An answer carries neither start mark nor checksum, so what makes it one is that it comes alone:
-    input is thrown away before each request, and bytes in excess void the answer.
+    An answer carries neither start mark nor checksum, so what makes it one is that it comes alone
+    (input is thrown away before each request, and bytes in excess void the answer) and that it agrees
+    with the answer before it: no tube jumps. One that does not is counted as garbled and not used.
     """
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
@@ -102,6 +122,8 @@ class Meter:
         self._due = clock.now()
         self._latest: Reading | None = None
         self._garbled = 0
+        self._before: tuple[float, tuple[int, int]] | None = None
+        """time of the answer before [s], used or not, and its codes"""
 
     @property
     def latest(self) -> Reading | None:
@@ -131,12 +153,23 @@ class Meter:
             return
         self._buffer += received
         if len(self._buffer) == ANSWER_LENGTH:
-            self._latest = Reading(now, parse_answer(self._buffer), self._asked)
+            if self._confirmed(now, raw_answer(self._buffer)):
+                self._latest = Reading(now, parse_answer(self._buffer), self._asked)
             self._asked, self._due = None, now
             return
         if len(self._buffer) > ANSWER_LENGTH or now - self._asked > ANSWER_TIME:
             self._garbled += bool(self._buffer)
             self._asked, self._due = None, now + PAUSE
+
+    def _confirmed(self, now: float, raws: tuple[int, int]) -> bool:
+        """Whether an answer agrees with the one before; the first of all has none."""
+        before, self._before = self._before, (now, raws)
+        if before is None:
+            return False
+        time, codes = before
+        sound = all(agrees(code, raw, now - time) for code, raw in zip(codes, raws, strict=True))
+        self._garbled += not sound
+        return sound
 
 
 class ThreadedMeter:

@@ -1,4 +1,4 @@
-"""The boards' line protocol, version 1: bytes to messages and back, as pure functions.
+"""The boards' line protocol, version 2: bytes to messages and back, as pure functions.
 
 A frame is `<start><body>*HHHH` and LF, at most 80 characters before the LF; HHHH is the
 CRC-16/CCITT-FALSE of start and body. `messages.MESSAGES` describes what stands in it.
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from muscle_bayes.bench.messages import (
+    AVERAGED,
     ERRORS,
     FAULT_MEANINGS,
     MESSAGES,
@@ -26,6 +27,7 @@ from muscle_bayes.bench.messages import (
 )
 
 __all__ = [
+    "AVERAGED",
     "ERRORS",
     "FAULT_MEANINGS",
     "FRAME_MAX",
@@ -73,6 +75,7 @@ class Sample:
     number: int
     micros: int
     adc: int
+    """sum of AVERAGED conversions"""
     duties: tuple[int, int]
     faults: Fault
 

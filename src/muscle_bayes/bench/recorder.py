@@ -7,6 +7,7 @@ from itertools import cycle
 from math import isfinite
 from typing import Any, Final, Literal
 
+from muscle_bayes.bench.board import HeaterState
 from muscle_bayes.bench.course import Course, describe
 from muscle_bayes.bench.devices import Devices
 from muscle_bayes.bench.guard import Guard, RecordingError
@@ -30,7 +31,10 @@ other, and none would tell the board's clock. 29 ms in all: whatever the stream'
 every millisecond of it sooner or later."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
-_FIRST_READING: Final = 10.0
+UNCALIBRATED_RISE: Final = 12.0
+"""Highest setpoint above the room for a heater that is not calibrated, C."""
+FIRST_READING: Final = 10.0
+"""s that the meter has for its first reading."""
 _HEATERS: Final = {
     True: "Heaters are off;",
     False: "The heater board does not answer: it switches its heaters off by itself within 0.5 s;",
@@ -80,18 +84,24 @@ class Recorder:
     ) -> None:
         self._settings = settings = settings or Settings()
         self._devices = devices
+        self._plan = plan
         self._clock = devices.clock
         self._file = file
         self._operator = operator
         self._view = view or NoView()
         self._begun = self._clock.now()
-        self._heating = Heating((_needs(plan, file, "a"), _needs(plan, file, "b")))
+        room = file.metadata.fixture.room_temperature
+        self._heating = Heating(
+            (_needs(plan, file, "a"), _needs(plan, file, "b")),
+            room=room,
+            max_duty=settings.limits.max_duty,
+        )
         self._stream = SampleStream(self._clock, settings.period, self._tell)
-        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell)
+        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell, room)
         self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
         self._sensor = sensor_of(file.metadata, [0])
         self._stop = StopWatch(settings.stop, self._sensor)
-        self._rows = RowWriter(file, self._heating, settings.period, self._tell)
+        self._rows = RowWriter(file, self._heating, settings.period, self._tell, self._heater_state)
         self._asked_since = 0.0
         self._next_control = self._next_shown = self._next_figures = 0.0
 
@@ -128,14 +138,16 @@ class Recorder:
     def _start(self) -> None:
         meter = self._devices.meter.device
         assert meter is not None, "the devices are open"
-        self._heating.take(first_reading(meter, self._clock, _FIRST_READING))
+        self._heating.take(first_reading(meter, self._clock, FIRST_READING))
         self._heating.begin(self._clock.now())
         if self._heating.trouble is not None:
             raise RecordingError(self._heating.trouble)
         self._guard.start()
+        self._refuse_uncalibrated()
         wall_time = self._settings.wall_time
         self._tell(
             "start",
+            stages=self._course.total,
             unix_time=None if wall_time is None else round(wall_time(), 3),
             **{
                 link.name: _plain(vars(link.device.identity))
@@ -147,6 +159,28 @@ class Recorder:
         self._next_control = now
         self._next_figures = now + FIGURES_EVERY
         self._begin_stage(now)
+
+    def _heater_state(self) -> tuple[HeaterState | None, bool | None]:
+        board = self._devices.heater.device
+        return (None, None) if board is None else (board.heat, board.fan)
+
+    def _refuse_uncalibrated(self) -> None:
+        """A board that does not know its tubes lets them get little warmer than the room."""
+        room = self._file.metadata.fixture.room_temperature
+        for channel in self._heating.channels:
+            highest = max(
+                (
+                    getattr(stage, f"setpoint_{channel.side}") or 0.0
+                    for stage in self._plan.once_through()
+                ),
+                default=0.0,
+            )
+            if channel.model.model is None and highest > room + UNCALIBRATED_RISE:
+                raise RecordingError(
+                    f"heater {channel.side.upper()} is not calibrated, and {highest:g} C is more "
+                    f"than {UNCALIBRATED_RISE:g} C above the room. Fix: run `muscle-bayes "
+                    "calibrate-heaters` once, with thermocouples and heaters in their tubes"
+                )
 
     def _turn(self) -> str:
         """One look at everything; why the run is over, or nothing."""
@@ -162,7 +196,7 @@ class Recorder:
         if now >= self._next_figures:
             self._next_figures = now + FIGURES_EVERY
             self._tell("figures", **self._figures())
-            if self._file.metadata.thermometer is None:
+            if not self._file.delay_known:
                 self._tell_delay()
         return reason
 
@@ -208,6 +242,7 @@ class Recorder:
         if stage is None:
             return "all stages done"
         self._heating.aim(stage)
+        self._guard.fan = stage.fan
         self._tell("stage", number=self._course.number, what=describe(stage), note=stage.note)
         if self._course.waiting:
             assert stage.load is not None

@@ -11,6 +11,7 @@ from typing import Final
 
 from muscle_bayes.bench.sequence import Repeat, RunPlan, Stage
 from muscle_bayes.bench.sequence import Sequence as BenchSequence
+from muscle_bayes.data.mass import check_mass
 from muscle_bayes.errors import MuscleBayesError
 
 HOT: Final = 90.0
@@ -144,8 +145,12 @@ def with_loads(name: str, room: float, loads: Sequence[float] = ()) -> BenchSequ
             "change the sequence's file."
         )
     for load in loads:
-        if not 0.0 < load < 50.0:
-            raise MuscleBayesError(f"a mass of {1000 * load:g} g cannot hang from this disc.")
+        if load <= 0.0:
+            raise MuscleBayesError(f"--mass {load:g}: no load. Fix: give kg, above 0.")
+        try:
+            check_mass(load)
+        except ValueError as error:
+            raise MuscleBayesError(f"--mass{error}.") from None
     return taking[name](room, loads)
 
 

@@ -1,7 +1,9 @@
 """Samples and temperatures -> rows of a run, with the gaps between them told."""
 
+from collections.abc import Callable
 from typing import Final
 
+from muscle_bayes.bench.board import HeaterState
 from muscle_bayes.bench.heating import Heating
 from muscle_bayes.bench.meter_lag import MeterLag
 from muscle_bayes.bench.run_file import Row, RunFile
@@ -14,7 +16,15 @@ GAP: Final = 0.5
 class RowWriter:
     """Writes a row a sample as long as every temperature that the run needs is known."""
 
-    def __init__(self, file: RunFile, heating: Heating, period: float, tell: Tell) -> None:
+    def __init__(
+        self,
+        file: RunFile,
+        heating: Heating,
+        period: float,
+        tell: Tell,
+        heater: Callable[[], tuple[HeaterState | None, bool | None]] = lambda: (None, None),
+    ) -> None:
+        """`heater` gives what the heater board said last of heat and fan, None where it did not."""
         self.origin: float | None = None
         """host time of the first row, s"""
         self.time = 0.0
@@ -26,6 +36,7 @@ class RowWriter:
         self._heating = heating
         self._gap = max(GAP, 10 * period)
         self._tell = tell
+        self._heater = heater
 
     @property
     def rows(self) -> int:
@@ -51,6 +62,7 @@ class RowWriter:
             self._tell("gap", start=self.time, end=time, causes=list(causes))
         self.meter_lag.row(sample.time, heating.reading)
         a, b = heating.channels
+        state, fan = self._heater()
         self._file.append(
             Row(
                 time=time,
@@ -62,6 +74,9 @@ class RowWriter:
                 stable_b=b.control.stable,
                 update=heating.fresh,
                 reading=sample.reading,
+                duties=None if state is None else state.duties,
+                faults=None if state is None else int(state.faults),
+                fan=fan,
             )
         )
         self.time = time

@@ -9,11 +9,14 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.data import HEADER, Load, Metadata, Thermometer
+from muscle_bayes.bench.protocol import AVERAGED
+from muscle_bayes.data import HEADER, HEATER_HEADER, Load, Metadata, Thermometer
+from muscle_bayes.data.events import EVENTS_SUFFIX
+from muscle_bayes.data.events import read_events as read_events
 from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
-EVENTS_SUFFIX: Final = ".events.jsonl"
+LOG_HEADER: Final = (*HEADER, *HEATER_HEADER)
 TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
@@ -22,6 +25,10 @@ in a sawtooth that was tried)."""
 DELAY_UNCERTAINTY: Final = 0.2
 """Standard uncertainty of a measured delay, s: half the time between two measurements of the meter. The
 host sees when digits come, not when within that time they were measured."""
+RESOLUTION: Final = 1 / AVERAGED
+"""Step of the readings, counts: each is a mean of eight conversions."""
+UNKNOWN_DELAY: Final = 0.3
+"""Standard uncertainty of the delay before it is measured, s."""
 _MASS_DECIMALS: Final = 6
 
 
@@ -43,12 +50,18 @@ class Row:
     stable_b: bool
     update: bool
     """whether the temperatures are new"""
-    reading: int
-    """counts"""
+    reading: float
+    """counts, in steps of RESOLUTION"""
+    duties: tuple[int, int] | None = None
+    """of both heaters, of 255; None while the heater board does not answer"""
+    faults: int | None = None
+    """latched on the heater board"""
+    fan: bool | None = None
+    """whether it is on"""
 
 
 def format_row(row: Row) -> bytes:
-    """The row in the order of HEADER, with its line end; a heater that is off has setpoint 0.0."""
+    """The row in the order of LOG_HEADER, with its line end; a heater that is off has setpoint 0.0."""
     cells = (
         f"{row.time:.{TIME_DECIMALS}f}",
         _celsius(row.temperature_a),
@@ -58,7 +71,10 @@ def format_row(row: Row) -> bytes:
         _celsius(row.setpoint_b or 0.0),
         str(int(row.stable_b)),
         str(int(row.update)),
-        str(row.reading),
+        f"{row.reading:g}",
+        *(("", "") if row.duties is None else map(str, row.duties)),
+        "" if row.faults is None else str(row.faults),
+        "" if row.fan is None else str(int(row.fan)),
     )
     return (",".join(cells) + "\n").encode()
 
@@ -76,7 +92,7 @@ class RunFile:
         """Raises RunFileError where the name is taken or nothing can be written."""
         self.name = name
         self.path = folder / f"{name}.csv"
-        self.metadata = metadata
+        self.metadata = _as_recorded(metadata)
         self.rows = 0
         self._first = b""
         self._log: _Lines | None = None
@@ -132,6 +148,11 @@ class RunFile:
         delay = round(delay, TIME_DECIMALS)
         self._amend(thermometer=Thermometer(delay=delay, delay_uncertainty=DELAY_UNCERTAINTY))
 
+    @property
+    def delay_known(self) -> bool:
+        """Whether the metadata say by how much temperatures are late."""
+        return self.metadata.thermometer is not None and self.metadata.thermometer.delay is not None
+
     def note(self, text: str) -> None:
         """Add a sentence to the metadata's notes. Raises RunFileError."""
         self._amend(notes=" ".join(filter(None, (self.metadata.notes, text))))
@@ -147,7 +168,7 @@ class RunFile:
         partial = self.path.with_name(f".{self.path.name}.part")
         try:
             log = _Lines(partial)
-            log.write((", ".join(HEADER) + "\n").encode() + rows)
+            log.write((", ".join(LOG_HEADER) + "\n").encode() + rows)
             partial.rename(self.path)
         except OSError:
             partial.unlink(missing_ok=True)
@@ -211,32 +232,24 @@ class _Lines:
             os.close(self._descriptor)
 
 
+def _as_recorded(metadata: Metadata) -> Metadata:
+    """With what this recorder's logs are: readings in eighths, temperatures late by an unknown time.
+
+    Nobody has measured the meter's delay yet; a run that is killed now must not say zero.
+    """
+    tables: dict[str, Any] = {}
+    if metadata.potentiometer is not None:
+        finer = {"resolution": RESOLUTION}
+        tables["potentiometer"] = metadata.potentiometer.model_copy(update=finer)
+    if metadata.thermometer is None:
+        tables["thermometer"] = Thermometer(delay_uncertainty=UNKNOWN_DELAY)
+    return metadata.model_copy(update=tables)
+
+
 def run_files(folder: Path, name: str) -> tuple[Path, Path, Path]:
     """Log, metadata and events of a run."""
     log = folder / f"{name}.csv"
     return log, log.with_suffix(".toml"), log.with_suffix(EVENTS_SUFFIX)
-
-
-def read_events(log: Path) -> list[dict[str, Any]]:
-    """What happened during a run, oldest first; a line cut short is left out."""
-    path = log.with_suffix(EVENTS_SUFFIX)
-    if not path.exists():
-        return []
-    events = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        with suppress(ValueError):
-            events.append(json.loads(line))
-    return events
-
-
-def is_complete(folder: Path, name: str) -> bool:
-    """Whether a run, or a later attempt at it, was recorded to its end."""
-    return any(
-        event.get("event") == "end" and event.get("complete")
-        for log in (folder / f"{name}.csv", *folder.glob(f"{name}-again*.csv"))
-        if log.exists()
-        for event in read_events(log)
-    )
 
 
 def free_name(folder: Path, name: str) -> str:

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from muscle_bayes.bench.board import Board
 from muscle_bayes.bench.clock import BoardClock, Clock
-from muscle_bayes.bench.protocol import Boot, ChecksumReport, Garbled, Sample
+from muscle_bayes.bench.protocol import AVERAGED, Boot, ChecksumReport, Garbled, Sample
 from muscle_bayes.bench.statistics import Histogram
 from muscle_bayes.bench.transport import BOARD_BAUD
 
@@ -25,7 +25,7 @@ class TimedSample:
     """A reading [counts] and when it was taken, host clock, s."""
 
     time: float
-    reading: int
+    reading: float
 
 
 @dataclass
@@ -115,7 +115,7 @@ class SampleStream:
             self._tell("board clock set anew", step=round(stamp.step, 3))
         else:
             self.latency.add(stamp.latency)
-        return TimedSample(stamp.time, sample.adc)
+        return TimedSample(stamp.time, sample.adc / AVERAGED)
 
     def _reset(self, board: Board, boot: Boot) -> None:
         if boot.identity.boot == self._boot:

@@ -17,6 +17,7 @@ from muscle_bayes.bench.temperature_control import FULL_DUTY
 from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer
 from muscle_bayes.data import Load as LoadTable
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.mass import Mass
 from muscle_bayes.data.metadata import Protocol
 
 HOTTEST = 105.0
@@ -54,10 +55,12 @@ class Stage(Table):
     """s; absent = until stable"""
     wait: NonNegative = 1.0
     """s"""
-    load: NonNegative | None = None
+    load: Mass | None = None
     """kg"""
     pour_time: NonNegative = 0.0
     """s that the load takes to be poured, evenly, from the key on; 0 = it hangs at the key"""
+    fan: bool = False
+    """whether the fan cools the tubes; a heated stage with it counts as warmer than it is"""
     logged: bool = True
     """false: before the first stage that is logged, nothing is written"""
     note: str = ""
@@ -118,7 +121,7 @@ class RunPlan(Table):
     """One run: its name, the load with which it begins, its stages."""
 
     name: Name
-    load: NonNegative = 0.0
+    load: Mass = 0.0
     """kg"""
     stage: Annotated[Blocks, Field(min_length=1)]
 
@@ -174,7 +177,7 @@ class Sequence(Table):
     """of the one run; absent = the file's stem"""
     protocol: Protocol = "free"
     notes: str = ""
-    load: NonNegative = 0.0
+    load: Mass = 0.0
     """kg, at the beginning of the one run"""
     initial_angle: Finite | None = None
     """rad, simulated bench only: the rotor is released there; absent = in equilibrium"""

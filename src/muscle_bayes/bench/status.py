@@ -27,7 +27,7 @@ class Status:
     """s after the first row, None before it"""
     rows: int
     channels: tuple[ChannelStatus, ...]
-    reading: int | None
+    reading: float | None
     """counts"""
     angle: float | None
     """rad"""

@@ -14,7 +14,7 @@ class StopWatch:
     def __init__(self, stop: Stop, sensor: Sensor) -> None:
         self._stop = stop
         self._sensor = sensor
-        self._low = self._high = 0
+        self._low = self._high = 0.0
         self._since: float | None = None
 
     def reason(self, sample: TimedSample, run_time: float) -> str:

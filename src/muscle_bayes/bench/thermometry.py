@@ -8,15 +8,13 @@ from typing import Final
 ANSWERED_WITHIN: Final = 0.42
 """Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
 MOVED_WITHIN: Final = 0.38
-"""Time for which hard heating goes on without a change of the digits, s."""
+"""Time of hard heating, pauses left out, after which the digits must have changed, s."""
 UNPROVEN: Final = 400.0
 """Duty times time for which heat goes on without a change of the digits, s: 1.6 s of full power."""
 SILENT_AFTER: Final = 1.5
 """Age at which a reading is no longer one, s."""
-STUCK_AFTER: Final = 5.0
-"""s of hard heating without a change of 0.1 C that no heater does."""
-STUCK_AFTER_WARM: Final = 60.0
-"""s at any duty above zero without a change of 0.1 C that no thermocouple does."""
+STUCK_AFTER: Final = 8.0
+"""s for which heat that is wanted has waited for other digits: a sound meter shows some by then."""
 HALF_POWER: Final = 127
 FAR: Final = 2.0
 """Above this duty and so far below its setpoint [C] a tube heats hard: all updates show other digits."""
@@ -25,6 +23,8 @@ MOST: Final = 250.0
 """Ends of what a nylon muscle in a room can have, C; it melts at about 220 C."""
 FASTEST: Final = 30.0
 """Change that no heater tube does, C/s."""
+_LONGEST_CHECK: Final = 0.4
+"""Most time between two checks that counts as heated, s: the board's dead-man ends it then."""
 
 
 class Verdict(StrEnum):
@@ -38,7 +38,7 @@ class Verdict(StrEnum):
     ABSURD = "absurd"
     """out of reach, or changed faster than anything can"""
     STUCK = "stuck"
-    """the same digits for too long while the heater is on"""
+    """the same digits for too long while heat is wanted"""
 
 
 REMEDIES: Final = {
@@ -65,12 +65,18 @@ class Watch:
     """time and value of the reading before, C"""
     _changed: float = -inf
     """time of the newest change of digits, s"""
-    _warm: float | None = None
-    """s since when the heater has been wanted on"""
-    _hard: float | None = None
-    """s since when it has been heated hard"""
-    _unproven: bool = False
-    """whether there has been heat enough for other digits, and none have come"""
+    _checked: float | None = None
+    """time of the last check, s"""
+    _duty: int = 0
+    """wanted since then"""
+    _is_hard: bool = False
+    """whether that heats hard"""
+    _hard: float = 0.0
+    """s of hard heating that was wanted since the digits last changed; no pause makes it less"""
+    _heat: float = 0.0
+    """duty times time that was wanted since then, s"""
+    _waited: float = 0.0
+    """s for which heat has waited for other digits"""
 
     def read(self, time: float, value: float | None) -> None:
         """Take a reading [C, None = open] that came at a host time [s]."""
@@ -90,41 +96,30 @@ class Watch:
             return
         changed = before is None or value != before[1]
         if changed:
-            self._changed, self._unproven = time, False
+            self._changed = time
+            self._hard = self._heat = self._waited = 0.0
         if changed or self.verdict is not Verdict.STUCK:
             self.verdict = Verdict.GOOD
         self.temperature = value
 
     def check(self, time: float, duty: int, setpoint: float = inf) -> Verdict:
         """The verdict at a host time [s] at which `duty` is wanted of the heater for a setpoint [C]."""
+        since = time if self._checked is None else max(self._checked, self._changed)
+        passed = min(time - since, _LONGEST_CHECK)
+        self._checked = time
         age = inf if self._read is None else time - self._read
         self.waits = age > ANSWERED_WITHIN
         if age > SILENT_AFTER:
-            self.verdict = Verdict.SILENT
-            self._previous = self._warm = self._hard = None
+            self.verdict, self._previous = Verdict.SILENT, None
+            self._duty, self._is_hard = 0, False
             return self.verdict
-        self._warm = _since(self._warm, time, duty > 0)
+        self._heat += self._duty * passed
+        self._hard += passed if self._is_hard else 0.0
+        unproven = self._hard > MOVED_WITHIN or self._heat > UNPROVEN
+        self._waited += passed if unproven and self._duty > 0 else 0.0
+        self.waits = self.waits or unproven
         far = self.temperature is not None and setpoint - self.temperature > FAR
-        self._hard = _since(self._hard, time, far and duty > HALF_POWER)
-        self._unproven = duty > 0 and (
-            self._unproven
-            or self._still(self._hard, time) > MOVED_WITHIN
-            or duty * self._still(self._warm, time) > UNPROVEN
-        )
-        self.waits = self.waits or self._unproven
-        if self.verdict is Verdict.GOOD and (
-            self._still(self._hard, time) > STUCK_AFTER
-            or self._still(self._warm, time) > STUCK_AFTER_WARM
-        ):
+        self._duty, self._is_hard = duty, far and duty > HALF_POWER
+        if self.verdict is Verdict.GOOD and self._waited > STUCK_AFTER:
             self.verdict = Verdict.STUCK
         return self.verdict
-
-    def _still(self, since: float | None, time: float) -> float:
-        """s for which the digits have been the same while the heater was wanted so."""
-        return 0.0 if since is None else time - max(since, self._changed)
-
-
-def _since(start: float | None, time: float, holds: bool) -> float | None:
-    if not holds:
-        return None
-    return time if start is None else start

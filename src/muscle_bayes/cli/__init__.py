@@ -6,10 +6,12 @@ import typer
 
 from muscle_bayes.cli.bench_test import bench_test
 from muscle_bayes.cli.calibrate import calibrate
+from muscle_bayes.cli.calibrate_heaters import calibrate_heaters
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.fit import fit
+from muscle_bayes.cli.flash import flash
 from muscle_bayes.cli.init import init
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
@@ -57,6 +59,8 @@ app.command("discover")(guarded(discover))
 app.command("simulate")(guarded(simulate))
 app.command("sequence")(guarded(sequence))
 app.command("calibrate")(guarded(calibrate))
+app.command("calibrate-heaters")(guarded(calibrate_heaters))
+app.command("flash")(guarded(flash))
 app.command("record")(guarded(record))
 app.command("bench-test")(guarded(bench_test))
 app.command("robustness")(guarded(robustness))

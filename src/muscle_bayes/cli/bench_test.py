@@ -9,6 +9,7 @@ import typer
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 
 if TYPE_CHECKING:
+    from muscle_bayes.bench.simulation.overheating import Outcome as Overheating
     from muscle_bayes.bench.simulation.stuck_meter import StuckOutcome
     from muscle_bayes.bench.trials.failures import Outcome
     from muscle_bayes.bench.trials.fuzz import FuzzReport
@@ -25,6 +26,10 @@ def bench_test(
         int,
         typer.Option(min=0, metavar="N", help="Meters that get stuck at any moment; 0 = none."),
     ] = 60,
+    overheating: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Sensors that lie and hosts that heat on; 0 = none."),
+    ] = 24,
     fuzz: Annotated[
         int, typer.Option(min=0, metavar="BYTES", help="Random command bytes; 0 = none.")
     ] = 1_000_000,
@@ -37,8 +42,10 @@ def bench_test(
     """Try the firmware in simavr, in virtual time: failures, random commands, long sampling.
 
     Exits with 1 where a heater stays on for more than 0.5 s, a tube gets hotter by a stuck meter than
-    it may, a heater heats what was not asked for, or a sample is lost.
+    it may, or hotter than 120 C whatever its sensor shows, a heater heats what was not asked for, or a
+    sample is lost.
     """
+    from muscle_bayes.bench.simulation.overheating import run_all as overheat_all
     from muscle_bayes.bench.simulation.stuck_meter import stick_all
     from muscle_bayes.bench.trials.failures import inject_all
     from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
@@ -55,6 +62,10 @@ def bench_test(
             sticking = stick_all(stuck, seed, progress.bar("stuck meters"))
             passed.append(_tell_stuck(sticking))
             report["stuck"] = [asdict(outcome) for outcome in sticking]
+        if overheating:
+            heated = overheat_all(overheating, seed, progress.bar("overheating"))
+            passed.append(_tell_overheating(heated))
+            report["overheating"] = [asdict(outcome) for outcome in heated]
         if fuzz:
             fuzzed = fuzz_board(fuzz, seed, progress.bar("random commands"))
             passed.append(_tell_fuzz(fuzzed))
@@ -107,6 +118,33 @@ def _tell_stuck(outcomes: "list[StuckOutcome]") -> bool:
             )
     hottest = max(outcome.excess for outcome in outcomes)
     typer.echo(f"{len(outcomes)} stuck meters: a tube at most {hottest:.1f} C above its setpoint")
+    return all(outcome.safe for outcome in outcomes)
+
+
+def _tell_overheating(outcomes: "list[Overheating]") -> bool:
+    from rich.console import Console
+    from rich.table import Table
+
+    from muscle_bayes.bench.protocol import Fault
+    from muscle_bayes.bench.simulation.overheating import HOTTEST
+
+    table = Table("sensor or host", "tried", "hottest tube, C", "heated for, s", "ended by")
+    for name in dict.fromkeys(outcome.trial for outcome in outcomes):
+        these = [outcome for outcome in outcomes if outcome.trial == name]
+        ends = {
+            "the host" if outcome.stopped else Fault(outcome.faults).name or "nothing"
+            for outcome in these
+        }
+        table.add_row(
+            name,
+            str(len(these)),
+            f"{max(outcome.peak for outcome in these):.1f}",
+            f"{max(outcome.heated for outcome in these):.1f}",
+            ", ".join(sorted(ends)),
+        )
+    Console().print(table)
+    hottest = max(outcome.peak for outcome in outcomes)
+    typer.echo(f"{len(outcomes)} trials: no tube above {hottest:.1f} C (allowed {HOTTEST:g} C)")
     return all(outcome.safe for outcome in outcomes)
 
 

@@ -120,7 +120,7 @@ def _turn(devices: "Devices", wanted: int, timeout: float) -> list[float]:
             if now - shown > _SHOWN_EVERY and stream.newest is not None:
                 shown = now
                 status.update(
-                    f"{stream.newest.reading} counts, {len(finder.found)} of {wanted} endstops"
+                    f"{stream.newest.reading:.1f} counts, {len(finder.found)} of {wanted} endstops"
                 )
             if now > end:
                 raise MuscleBayesError(

@@ -55,6 +55,13 @@ def fit(
     until: Annotated[
         float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
     ] = None,
+    broken_off: Annotated[
+        bool,
+        typer.Option(
+            "--broken-off",
+            help="Also fit runs that broke off and were recorded again (NAME-again).",
+        ),
+    ] = False,
     preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
     device: DeviceOption = Device.cpu,
     json: JsonOption = None,
@@ -66,14 +73,22 @@ def fit(
     muscle parameters where a muscle is heated. Exits with 1 if the chains have not converged.
     """
     from muscle_bayes.cli.progress import fit_progress
-    from muscle_bayes.data import read_runs
+    from muscle_bayes.data import find_runs, read_runs, recording_of, without_broken_off
     from muscle_bayes.inference.fit import EFFORTS
     from muscle_bayes.inference.fit import fit as fit_runs
     from muscle_bayes.inference.posterior import Posterior
     from muscle_bayes.inference.summary import summarise
 
     compute_on(device)
-    loaded = read_runs(runs)
+    logs = find_runs(runs)
+    if not broken_off:
+        logs, left_out = without_broken_off(logs)
+        for told in left_out:
+            typer.echo(told, err=True)
+    for log in logs:
+        if (made := recording_of(log)) is not None and not made.complete:
+            typer.echo(f"{log}: {made}", err=True)
+    loaded = read_runs(logs)
     if until is not None:
         loaded = [run.until(until) for run in loaded]
     known = None if given is None else Posterior.load(given)

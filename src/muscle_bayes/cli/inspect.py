@@ -66,7 +66,9 @@ def _check_figure(figure: Path | None, out: Path | None, runs: int) -> None:
 
 
 def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
-    from muscle_bayes.data import assumptions, read_run
+    from dataclasses import asdict
+
+    from muscle_bayes.data import assumptions, read_run, recording_of
     from muscle_bayes.report.run_figure import run_figure
     from muscle_bayes.report.run_summary import summarise
     from muscle_bayes.report.style import save
@@ -83,8 +85,12 @@ def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
             f"{target}: cannot be written: {reason}. Fix: give another --figure or --out."
         ) from None
     console.print(f"figure: {target}\n", soft_wrap=True, markup=False, highlight=False)
-    told = [{"key": key, "taken": taken} for key, taken in assumed]
-    return summary | {"assumed": told, "figure": target}
+    made = recording_of(log)
+    return summary | {
+        "assumed": [{"key": key, "taken": taken} for key, taken in assumed],
+        "figure": target,
+        "recording": None if made is None else asdict(made),
+    }
 
 
 def _print(
@@ -93,11 +99,15 @@ def _print(
     from rich.table import Table
     from rich.text import Text
 
+    from muscle_bayes.data import recording_of
     from muscle_bayes.report.run_summary import summary_lines
 
     table = Table(title=Text(run.name), show_header=False, title_justify="left", title_style="bold")
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
+    if run.path is not None and (made := recording_of(run.path)) is not None:
+        loud_style = "" if made.complete else "bold reverse yellow"
+        table.add_row("recording", Text(str(made), style=loud_style))
     for label, told in summary_lines(summary):
         loud = label == "origin" and run.metadata.origin == "synthetic"
         table.add_row(label, Text(told, style="bold reverse yellow" if loud else ""))

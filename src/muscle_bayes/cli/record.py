@@ -74,9 +74,11 @@ def record(
             )
         if loaded or simulate:
             session.load = session.plans()[0].load
-        report["skipped"] = session.recorded()
-        for name in report["skipped"]:
-            typer.echo(f"{out / name}.csv: recorded already, left out")
+        recorded = session.recorded()
+        report["skipped"] = list(recorded)
+        for name, attempt in recorded.items():
+            of = "" if attempt == name else f" (the complete attempt at {name})"
+            typer.echo(f"{out / attempt}.csv{of}: recorded already, left out")
         if plot:
             stack.enter_context(_plotted(session))
         session.view = view = stack.enter_context(TerminalView())

@@ -38,7 +38,10 @@ def sequence(
     ] = 25.0,
     mass: Annotated[
         list[float] | None,
-        typer.Option(metavar="G", help="Test load of staircase or sawtooth in grams; repeatable."),
+        typer.Option(
+            metavar="KG",
+            help="Test load of staircase or sawtooth in kg, as in the file; repeatable.",
+        ),
     ] = None,
     rig: Annotated[
         Path | None,
@@ -53,7 +56,7 @@ def sequence(
 
     if not 0.0 <= room <= 45.0:
         raise MuscleBayesError(f"--room {room:g}: no room. Fix: give 0 to 45 C.")
-    built = with_loads(regime.value, room, [grams / 1000 for grams in mass or []])
+    built = with_loads(regime.value, room, mass or [])
     if rig is not None:
         built = built.model_copy(update=read_rig(rig))
     text = to_toml(built, f"{regime.value}: {REGIMES[regime.value].about}")

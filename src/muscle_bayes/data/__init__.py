@@ -10,6 +10,8 @@ from muscle_bayes.data.elements import (
     SpringElement,
 )
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.events import complete_attempt, read_events, recording_of, without_broken_off
+from muscle_bayes.data.heater_columns import HEATER_HEADER
 from muscle_bayes.data.log import HEADER
 from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.metadata import Metadata, Origin, Protocol
@@ -23,6 +25,7 @@ from muscle_bayes.data.writer import write_run
 
 __all__ = [
     "HEADER",
+    "HEATER_HEADER",
     "ArmElement",
     "Assumption",
     "Columns",
@@ -43,9 +46,13 @@ __all__ = [
     "SpringElement",
     "Thermometer",
     "assumptions",
+    "complete_attempt",
     "find_runs",
+    "read_events",
     "read_metadata",
     "read_run",
     "read_runs",
+    "recording_of",
+    "without_broken_off",
     "write_run",
 ]

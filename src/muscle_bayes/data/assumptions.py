@@ -119,6 +119,8 @@ ABSENT: Final[dict[str, _Said]] = {
     ),
     "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
     "Potentiometer.bits": f"{CONVERTER_BITS}, whole counts of 0 to {2**CONVERTER_BITS - 1}",
+    "Potentiometer.resolution": "1 count",
+    "Thermometer.delay": "not known; 0 s, estimated within delay_uncertainty",
     "Thermometer.delay_uncertainty": "0 s, the delay is exact",
     "LogFormat.separator": _where(_from_text, "comma (tab in .tsv and .lvm), or as the file says"),
     "LogFormat.decimal": _where(_from_text, "point"),

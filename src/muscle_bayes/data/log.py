@@ -7,6 +7,7 @@ from typing import Final
 
 from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.heater_columns import with_heater_columns
 from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.names import column_label
 from muscle_bayes.data.reading.header import SaidUnit, place, unit_in_name
@@ -133,9 +134,9 @@ def assemble(
         RunError: see `parse_log`.
     """
     repairs = list(repairs)
-    names = _wanted(columns, layout)
     paired = layout.decimal == "," and layout.cell_separator == ","
     header, said, rows, row = take_header(rows, hidden, columns, layout, path)
+    names = with_heater_columns(_wanted(columns, layout), header, own=columns is None)
     rows = pair_decimals(rows) if paired else rows
     width = len(header) if layout.header else usual_width(rows)
     hint = why_not_there(rows, names, layout, width) if layout.header else ""

@@ -13,6 +13,7 @@ from muscle_bayes.data.checking.stops import refuse_beyond_stops
 from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import LOG_SUFFIXES, log_beside, read_bytes
+from muscle_bayes.data.heater_columns import HEATER_COLUMNS
 from muscle_bayes.data.log import RawLog
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.metadata_file import parse_metadata
@@ -194,13 +195,16 @@ def _repair(
     _to_si(ledger, units, clock)
     refuse_falling_time(ledger)
     check_magnitudes(ledger, units, metadata, clock)
-    slower = fill_slow_columns(ledger, blank)
+    measured = {key: mask for key, mask in blank.items() if key not in HEATER_COLUMNS}
+    slower = fill_slow_columns(ledger, measured)
     for key in ("reading", "applied"):
         if key in ledger.columns:
             drop_faulty(ledger, key)
     _refuse_few_rows(ledger)
     if metadata.position_unit == COUNTS and metadata.potentiometer is not None:
-        drop_glitches(ledger, metadata.potentiometer.bits or CONVERTER_BITS)
+        potentiometer = metadata.potentiometer
+        step = potentiometer.resolution or 1.0
+        drop_glitches(ledger, potentiometer.bits or CONVERTER_BITS, step)
     if metadata.output.kind == "angle":
         unwrap_turns(ledger, metadata.output.factor)
     drop_jumps(ledger)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.heater_columns import HEATER_COLUMNS
 from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.repairing.clock import gaps
 from muscle_bayes.data.repairing.ledger import Repair
@@ -25,6 +26,7 @@ COLUMNS = (
     "setpoint_b",
     "load",
     "applied",
+    *HEATER_COLUMNS,
 )
 """Columns of a run's table."""
 
@@ -38,7 +40,8 @@ class Run:
 
     `table` holds float64 columns: time [s after the first row kept, rising], reading [in the log's
     own unit, as logged], temperature_a, temperature_b [C], setpoint_a, setpoint_b [C, NaN where
-    the log has none], load [kg], applied [N m, or N where motion is linear; 0 where none].
+    the log has none], load [kg], applied [N m, or N where motion is linear; 0 where none], duty_a,
+    duty_b [of 255], faults [bits] and fan [0 or 1], NaN where the log does not tell.
     """
 
     name: str
@@ -86,7 +89,7 @@ class Run:
     def heat_time(self) -> np.ndarray:
         """When the rows' temperatures were measured, s on the table's clock, shape (rows,)."""
         meter = self.metadata.thermometer
-        return self.table["time"].to_numpy() - (0.0 if meter is None else meter.delay)
+        return self.table["time"].to_numpy() - (0.0 if meter is None else meter.delay or 0.0)
 
     @cached_property
     def output_sensor(self) -> Sensor:

@@ -59,7 +59,8 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
     scale = abs(potentiometer.radians_per_count)
     told = potentiometer.zero_uncertainty
     uncertainty = ZERO_UNCERTAINTY if told is None else told
-    return Sensor(unit, potentiometer.zero_reading, scale, sign, 1.0, uncertainty)
+    step = potentiometer.resolution or 1.0
+    return Sensor(unit, potentiometer.zero_reading, scale, sign, step, uncertainty)
 
 
 def grid_step(readings: ArrayLike) -> float:

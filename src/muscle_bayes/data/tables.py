@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.mass import check_mass
 from muscle_bayes.data.units import examples, unit_of
 
 
@@ -55,6 +56,8 @@ class Potentiometer(Table):
     """standard uncertainty of zero_reading, counts; absent = 2"""
     bits: Annotated[int, Field(ge=1, le=32)] | None = None
     """of the converter: readings are whole counts from 0 to 2^bits - 1; absent = 10"""
+    resolution: Annotated[float, Field(gt=0, le=1)] | None = None
+    """step of the readings, counts, below 1 where conversions were averaged; absent = 1"""
 
     @model_validator(mode="after")
     def _scale_is_not_zero(self) -> "Potentiometer":
@@ -66,17 +69,14 @@ class Potentiometer(Table):
 class Thermometer(Table):
     """What measures the temperature columns."""
 
-    delay: Annotated[float, Field(ge=-10, le=10)]
-    """s by which temperatures are logged later than the readings of the same instant"""
+    delay: Annotated[float, Field(ge=-10, le=10)] | None = None
+    """s by which temperatures are logged later than the readings of the same instant; absent =
+    unknown: fits take 0 and estimate it within delay_uncertainty"""
     delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 
 
 Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
-
-
-HEAVIEST = 50.0
-"""Largest load whose unit is not asked for, kg: grams begin there."""
 
 
 def _in_kilograms(value: Any) -> Any:
@@ -109,17 +109,23 @@ class Load(Table):
         return _in_kilograms(value)
 
     @model_validator(mode="after")
+    def _masses_are_kilograms(self) -> "Load":
+        for mass in self.mass if self.unit is None else ():
+            try:
+                check_mass(mass)
+            except ValueError as error:
+                raise ValueError(
+                    f'mass{error}, or add unit = "g", or unit = "kg" if it is right'
+                ) from None
+        return self
+
+    @model_validator(mode="after")
     def _steps_are_a_table(self) -> "Load":
         if not self.time:
             raise ValueError("time: is empty; give at least one time and mass, or remove [load]")
         if len(self.time) != len(self.mass):
             raise ValueError(
                 f"mass: {len(self.mass)} masses for {len(self.time)} times; give one mass a time"
-            )
-        if self.unit is None and (heaviest := max(self.mass)) > HEAVIEST:
-            raise ValueError(
-                f"mass: {heaviest:g} kg is heavier than what such rigs carry; "
-                'add unit = "g" if these are grams, unit = "kg" if it is right'
             )
         for earlier, later in pairwise(self.time):
             if later <= earlier:

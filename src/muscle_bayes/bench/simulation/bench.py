@@ -4,6 +4,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
 
+from muscle_bayes.bench.heat_model import TubeModel
 from muscle_bayes.bench.protocol import ResetCause
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
@@ -50,15 +51,22 @@ def _board_link(processor: Processor, name: str) -> Link:
 class SimulatedBench:
     """The real firmware on two simulated boards, wired to a plant. Equal arguments, equal bytes.
 
+    The heater board is calibrated for the plant's tubes, unless `calibrated` is false.
+
     `sensor_board`, `heater_board` and `meter` are transports. `sensor` and `heater` are the
     processors themselves, `meter_device` the meter: for looking inside and for injecting faults.
     """
 
-    def __init__(self, plant: Plant | None = None, seed: int = 0) -> None:
+    def __init__(
+        self, plant: Plant | None = None, seed: int = 0, *, calibrated: bool = True
+    ) -> None:
         self.plant: Plant = TwinPlant(seed=seed) if plant is None else plant
         rig = plant.rig if isinstance(plant, TwinPlant) else Rig()
         self.sensor = Processor(heater=False)
         self.heater = Processor(heater=True)
+        if calibrated:
+            tube = TubeModel.of(rig.heater.full_rate, rig.heater.cooling_time)
+            self.heater.store_tubes((tube, tube))
         self.meter_device = MeterEmulator(rig.meter, generators(seed)["meter"])
         self.sensor_board = _board_link(self.sensor, "simulated sensor board")
         self.heater_board = _board_link(self.heater, "simulated heater board")

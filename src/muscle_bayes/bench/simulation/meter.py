@@ -1,6 +1,7 @@
 """The TMD-56 as an emulated device on a line: requests in, 14-byte answers out."""
 
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,7 +19,8 @@ class MeterEmulator:
     """Answers each request with its newest reading, taken every 0.4 s or so at 0.1 C.
 
     Faults: `silent` gives no answers; `frozen` repeats the last reading for ever; from the next
-    reading on, `open_channels` shows OL and `forced` these temperatures [C] instead of the true ones.
+    reading on, `open_channels` shows OL and `forced` these temperatures [C] instead of the true ones;
+    `shows` makes what is measured from time [s] and true temperatures [C].
     """
 
     def __init__(self, meter: Meter, generator: np.random.Generator) -> None:
@@ -26,6 +28,7 @@ class MeterEmulator:
         self.frozen = False
         self.open_channels = (False, False)
         self.forced: tuple[float | None, float | None] = (None, None)
+        self.shows: Callable[[float, tuple[float, float]], tuple[float, float]] | None = None
         self._thermocouples = ThermocoupleMeter(meter, generator)
         self._shown: tuple[float | None, float | None] = (None, None)
         self._time = 0.0
@@ -37,6 +40,8 @@ class MeterEmulator:
         self._time = time
         if self.frozen:
             return
+        if self.shows is not None:
+            temperatures = self.shows(time, temperatures)
         self._thermocouples.updated = False
         self._thermocouples.poll(time, temperatures)
         if self._thermocouples.updated:

@@ -1,6 +1,7 @@
 """One ATmega328P in virtual time, by libsimavr behind firmware/simavr/bridge.c."""
 
 import ctypes
+import struct
 from ctypes import POINTER, c_char_p, c_double, c_int, c_uint8, c_uint16, c_uint32, c_uint64
 from functools import cache
 from math import ceil
@@ -8,7 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from muscle_bayes.bench.protocol import ResetCause
+from muscle_bayes.bench.heat_model import TubeModel
+from muscle_bayes.bench.protocol import ResetCause, crc16
 from muscle_bayes.bench.simulation.files import built
 from muscle_bayes.bench.transport import BOARD_BAUD
 from muscle_bayes.errors import MuscleBayesError
@@ -18,6 +20,8 @@ FREQUENCY: Final = 16_000_000
 CYCLES_PER_MS: Final = FREQUENCY // 1000
 ROLE_PIN: Final = 4
 """Pin of port D that is tied to ground on a heater board."""
+_TUBE_CELLS = 8
+"""Address in EEPROM of the tubes' calibration (board_avr.c)."""
 _SUPPLY_MV = 5000
 _FULL_SCALE = 1023
 
@@ -41,6 +45,7 @@ _SIGNATURES: Final = {
     "bridge_jump": ([ctypes.c_void_p, c_uint32], None),
     "bridge_poke": ([ctypes.c_void_p, c_uint16, c_uint8], None),
     "bridge_peek": ([ctypes.c_void_p, c_uint16], c_uint8),
+    "bridge_eeprom": ([ctypes.c_void_p, c_uint16, c_char_p, c_uint32], None),
     "bridge_program_size": ([ctypes.c_void_p], c_uint32),
 }
 
@@ -160,6 +165,15 @@ class Processor:
     def program_size(self) -> int:
         """Bytes of flash in use."""
         return int(self._library.bridge_program_size(self._bridge))
+
+    def store_tubes(self, tubes: tuple[TubeModel, TubeModel]) -> None:
+        """Put a calibration of the heater tubes into EEPROM; the next boot reads it."""
+        cells = b"".join(struct.pack("<HH", tube.gain, tube.cooling) for tube in tubes)
+        self.write_eeprom(_TUBE_CELLS, cells + struct.pack("<H", crc16(cells)))
+
+    def write_eeprom(self, address: int, cells: bytes) -> None:
+        """Put bytes into EEPROM."""
+        self._library.bridge_eeprom(self._bridge, address, cells, len(cells))
 
     def poke(self, address: int, value: int) -> None:
         """Overwrite one byte of data space: registers, ports or RAM."""

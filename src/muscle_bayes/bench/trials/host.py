@@ -8,10 +8,13 @@ from muscle_bayes.bench.board import Board, BoardError
 from muscle_bayes.bench.heating import Heating
 from muscle_bayes.bench.meter import Meter, first_reading
 from muscle_bayes.bench.protocol import Boot
+from muscle_bayes.bench.room import RoomError, far_from_room
 from muscle_bayes.bench.sequence import Stage
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.temperature_control import PERIOD
 
+ROOM: Final = 25.0
+"""C"""
 _POLL: Final = 0.005
 
 
@@ -36,7 +39,10 @@ class HeatingHost:
         self._on_period = on_period
         self.board.identify()
         self.board.poll()  # what it said when it booted
-        first_reading(self.meter, bench.clock, 3.0)
+        self.heating.calibrate(self.board.tubes())
+        reading = first_reading(self.meter, bench.clock, 3.0)
+        if question := far_from_room(reading, ROOM):
+            raise RoomError(question)
         self.heating.aim(Stage(setpoint_a=setpoints[0], setpoint_b=setpoints[1], duration=1e6))
 
     def run(self, seconds: float) -> None:
@@ -62,6 +68,9 @@ class HeatingHost:
             self._stop("the board has restarted")
             return
         self.heating.watch(self.meter, now)
+        if (alarm := self.heating.alarm) is not None:
+            self._stop(alarm)
+            return
         duties = self.heating.step(now, hold_off=bool(self.board.faults))
         self.board.command_duty(*duties, *self.heating.temperatures)
 

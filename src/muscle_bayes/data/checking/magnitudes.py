@@ -7,9 +7,9 @@ import numpy as np
 
 from muscle_bayes.data.checking.column_units import ColumnUnit, ask_for
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.mass import MOST_LOAD
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.repairing.ledger import Floats, Ledger
-from muscle_bayes.data.tables import HEAVIEST
 from muscle_bayes.data.units import COUNTS
 
 COLDEST_HOT: Final = 45.0
@@ -120,7 +120,7 @@ def _temperature(values: Floats, metadata: Metadata) -> str:
 
 def _load(values: Floats, metadata: Metadata) -> str:
     heaviest = float(np.percentile(values, 95))
-    if heaviest > HEAVIEST:
+    if heaviest > MOST_LOAD:
         return f"a load of {heaviest:g} kg is heavier than what such rigs carry; grams fit"
     return ""
 

@@ -54,11 +54,21 @@ def drop_jumps(ledger: Ledger) -> None:
     ledger.drop(mask)
 
 
-def drop_glitches(ledger: Ledger, bits: int) -> None:
-    """A count that no such converter gives: one in a thousand rows is dropped, more refused."""
+def drop_glitches(ledger: Ledger, bits: int, step: float = 1.0) -> None:
+    """A reading that no such converter gives: one in a thousand rows is dropped, more refused.
+
+    Args:
+        ledger: columns under repair.
+        bits: of the converter.
+        step: of the readings, counts; below 1 where conversions were averaged.
+
+    Raises:
+        RunError: more than a few readings are none.
+    """
     reading = ledger.columns["reading"]
     most = 2**bits - 1
-    mask = (reading < 0) | (reading > most) | (reading != np.rint(reading))
+    off = np.abs(reading - np.rint(reading / step) * step)
+    mask = (reading < 0) | (reading > most) | (off > (0.0 if step == 1.0 else 1e-6))
     if mask.sum() > max(1, ledger.total // 1000):
         first = int(np.flatnonzero(mask)[0])
         raise RunError.at(

@@ -1,0 +1,206 @@
+"""The firmware onto a board, by avrdude: which boards can run it, and what went wrong where one cannot."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Final
+
+from muscle_bayes.errors import MuscleBayesError
+
+SHIPPED: Final = Path(__file__).parent / "firmware" / "muscle_bench.hex"
+"""The prebuilt program; `make -C firmware ship` writes it."""
+BAUDS: Final = (115200, 57600)
+"""Of boot loaders: an Uno's, and that of a Duemilanove or an older Nano."""
+SIGNATURES: Final = ("1e950f", "1e9514")
+"""Of an ATmega328P and an ATmega328."""
+LONGEST: Final = 60.0
+"""s that avrdude may take."""
+
+FITS: Final = {
+    (0x2341, 0x0001): "Arduino Uno",
+    (0x2341, 0x0043): "Arduino Uno",
+    (0x2341, 0x0243): "Arduino Uno",
+    (0x2A03, 0x0043): "Arduino Uno",
+}
+"""USB vendor and product of boards that run it."""
+MAY_FIT: Final = {
+    (0x0403, 0x6001): "FTDI converter: Duemilanove, Nano",
+    (0x1A86, 0x7523): "CH340 converter: clones of Uno and Nano",
+    (0x1A86, 0x5523): "CH341 converter: clones of Uno and Nano",
+    (0x10C4, 0xEA60): "CP2102 converter: clones of Uno and Nano, and others",
+}
+"""Converters that sit on boards that run it, and on others: their processor's signature decides."""
+UNFIT: Final = {
+    (0x2341, 0x0010): "Arduino Mega 2560",
+    (0x2341, 0x0042): "Arduino Mega 2560",
+    (0x2341, 0x0242): "Arduino Mega 2560",
+    (0x2341, 0x0036): "Arduino Leonardo",
+    (0x2341, 0x8036): "Arduino Leonardo",
+    (0x2341, 0x0037): "Arduino Micro",
+    (0x2341, 0x8037): "Arduino Micro",
+    (0x2341, 0x003D): "Arduino Due",
+    (0x2341, 0x003E): "Arduino Due",
+    (0x2341, 0x0058): "Arduino Nano Every",
+    (0x2341, 0x0069): "Arduino Uno R4 Minima",
+    (0x2341, 0x1002): "Arduino Uno R4 WiFi",
+    (0x2341, 0x804D): "Arduino Zero",
+    (0x2341, 0x8057): "Arduino Nano 33 IoT",
+    (0x2E8A, 0x0005): "Raspberry Pi Pico",
+}
+"""Boards with another processor."""
+
+
+class FlashError(MuscleBayesError):
+    """A board that was not loaded."""
+
+
+@dataclass(frozen=True)
+class UsbPort:
+    """A port with what its USB descriptor says."""
+
+    device: str
+    vendor: int | None = None
+    product: int | None = None
+
+    @property
+    def kind(self) -> tuple[int, int] | None:
+        """Vendor and product, None where the port is not on USB."""
+        return None if self.vendor is None or self.product is None else (self.vendor, self.product)
+
+
+Run = Callable[[Sequence[str]], "subprocess.CompletedProcess[str]"]
+
+
+def usb_ports() -> list[UsbPort]:
+    """Ports of this machine."""
+    from serial.tools.list_ports import comports
+
+    return [UsbPort(port.device, port.vid, port.pid) for port in comports()]
+
+
+def find_avrdude() -> Path:
+    """avrdude on the path, or that of an Arduino IDE. Raises FlashError."""
+    if (found := shutil.which("avrdude")) is not None:
+        return Path(found)
+    homes = [Path.home() / ".arduino15", Path.home() / "Library" / "Arduino15"]
+    if (local := os.environ.get("LOCALAPPDATA")) is not None:
+        homes.append(Path(local) / "Arduino15")
+    for home in homes:
+        pattern = "packages/*/tools/avrdude/*/bin/avrdude*"
+        for path in sorted(home.glob(pattern), reverse=True):
+            if path.stem == "avrdude" and path.suffix in ("", ".exe"):
+                return path
+    raise FlashError(
+        "avrdude is missing. Fix: install it (Debian and Ubuntu: `apt install avrdude`; macOS: "
+        "`brew install avrdude`; Windows: `winget install avrdude`), or the Arduino IDE, which "
+        "brings it along."
+    )
+
+
+def check_program(path: Path = SHIPPED) -> str:
+    """What the shipped program is, in words. Raises FlashError where it is absent or damaged."""
+    about = path.with_suffix(".json")
+    if not path.is_file() or not about.is_file():
+        raise FlashError(
+            f"{path}: the program is missing. Fix: run `make -C firmware ship`, or give --hex."
+        )
+    told = json.loads(about.read_text(encoding="utf-8"))
+    if sha256(path.read_bytes()).hexdigest() != told["program"]:
+        raise FlashError(f"{path}: damaged. Fix: install the package anew, or give --hex.")
+    return f"firmware {told['firmware']}, protocol {told['protocol']}"
+
+
+def refuse_unfit(port: UsbPort) -> str:
+    """Name of the board on a port, as far as USB tells. Raises FlashError where it cannot run it."""
+    if port.kind in UNFIT:
+        raise FlashError(
+            f"{port.device}: an {UNFIT[port.kind]}; the firmware runs on an ATmega328P. Fix: use an "
+            "Arduino Uno (up to R3), Duemilanove or Nano, or a clone of one."
+        )
+    known = {**FITS, **MAY_FIT}
+    return known.get(port.kind, "unknown board") if port.kind is not None else "unknown board"
+
+
+def choose_port(ports: Sequence[UsbPort], wanted: str | None) -> UsbPort:
+    """The port that was named, or the only one that may be a board's. Raises FlashError."""
+    if wanted is not None:
+        return next((port for port in ports if port.device == wanted), UsbPort(wanted))
+    possible = [port for port in ports if port.kind in FITS or port.kind in MAY_FIT]
+    if len(possible) == 1:
+        return possible[0]
+    for port in ports:
+        refuse_unfit(port)
+    seen = ", ".join(port.device for port in possible) or "none"
+    raise FlashError(f"boards that may be meant: {seen}. Fix: connect one and name it by --port.")
+
+
+def flash(
+    port: UsbPort,
+    program: Path,
+    avrdude: Path,
+    bauds: Sequence[int] = BAUDS,
+    run: Run | None = None,
+) -> int:
+    """Load a board through its boot loader; the baud rate that worked. Raises FlashError."""
+    refuse_unfit(port)
+    said = ""
+    for baud in bauds:
+        command = [
+            str(avrdude), "-p", "atmega328p", "-c", "arduino", "-P", port.device, "-b", str(baud),
+            "-D", "-U", f"flash:w:{program}:i",
+        ]  # fmt: skip
+        done = (run or _run)(command)
+        if done.returncode == 0:
+            return baud
+        said = done.stdout + done.stderr
+        if not _silent(said):
+            break
+    raise FlashError(f"{port.device}: {_explained(said)}")
+
+
+def _run(command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(command, 1, "", "not in sync: nothing answered")
+    except OSError as error:
+        raise FlashError(
+            f"{command[0]}: cannot be started: {error.strerror}. Fix: install avrdude anew."
+        ) from None
+
+
+def _silent(said: str) -> bool:
+    """Whether no boot loader has answered at this baud rate."""
+    return re.search(r"not in sync|not responding|programmer is not", said) is not None
+
+
+def _explained(said: str) -> str:
+    """What avrdude's words mean, and what to do."""
+    signature = re.search(r"signature = (?:0x)?([0-9a-f ]{6,8})", said, re.IGNORECASE)
+    if signature is not None and signature[1].replace(" ", "").lower() not in SIGNATURES:
+        return (
+            f"another processor answers there, signature {signature[1]}; the firmware runs on an "
+            "ATmega328P. Fix: use an Uno (up to R3), Duemilanove or Nano."
+        )
+    if "ermission denied" in said or "ccess is denied" in said:
+        return (
+            "the port may not be opened. Fix: on Linux `sudo usermod -aG dialout $USER`, then log "
+            "out and in; everywhere, close other programs that hold the port."
+        )
+    if "o such file" in said or "cannot find the file" in said:
+        return "there is no such port. Fix: plug the board in; `muscle-bayes flash` lists ports."
+    if _silent(said):
+        return (
+            "no boot loader answers. Fix: take a USB cable that carries data; install the CH340 "
+            "driver for a clone (docs/bench.md); close other programs that hold the port; a "
+            "board whose boot loader was replaced needs a programmer: `make -C firmware flash "
+            "PROGRAMMER=usbasp`."
+        )
+    last = [line for line in said.splitlines() if line.strip()]
+    return f"avrdude has failed: {last[-1] if last else 'it says nothing'}. Fix: see its words."

@@ -1,0 +1,65 @@
+"""`muscle-bayes calibrate-heaters`: what the heater board must know of its tubes."""
+
+from contextlib import ExitStack
+from dataclasses import asdict
+from typing import Annotated, Any, Literal
+
+import typer
+
+from muscle_bayes.cli.bench_options import (
+    MeterOption,
+    PortOption,
+    SimulateOption,
+    real_devices,
+    refuse_ports,
+    signals_interrupt,
+)
+from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+
+
+def calibrate_heaters(
+    side: Annotated[
+        Literal["a", "b", "both"], typer.Option(help="The tubes that are there.")
+    ] = "both",
+    room: Annotated[
+        float, typer.Option(min=5.0, max=45.0, metavar="C", help="Temperature of the room, C.")
+    ] = 25.0,
+    simulate: SimulateOption = False,
+    port: PortOption = None,
+    meter: MeterOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+) -> None:
+    """Measure how fast each heater tube warms and cools, and store it on the heater board.
+
+    Needed once for each tube, and again where tube, heater or 12 V supply have changed: by it the
+    board knows how hot a tube may be, whatever its thermocouple shows. Every tube gets 15 s of heat
+    and is followed for 90 s as it cools. Stay beside it.
+    """
+    from muscle_bayes.bench.tube_calibration import calibrate_tube
+
+    with ExitStack() as stack:
+        stack.enter_context(signals_interrupt())
+        if simulate:
+            refuse_ports(port, meter)
+            from muscle_bayes.bench.simulation import SimulatedBench
+            from muscle_bayes.bench.simulation.recording import simulated_devices
+
+            bench = stack.enter_context(SimulatedBench(seed=seed, calibrated=False))
+            devices = simulated_devices(bench)
+        else:
+            devices = real_devices(port, meter)
+        stack.callback(devices.close)
+        board, source = devices.heater.open(), devices.meter.open()
+        report: dict[str, Any] = {}
+        for channel in {"a": (0,), "b": (1,), "both": (0, 1)}[side]:
+            name = "AB"[channel]
+            typer.echo(f"heater {name}: 15 s of heat, then 90 s of cooling ...", err=True)
+            fit = calibrate_tube(board, source, devices.clock, channel, room)
+            typer.echo(
+                f"tube {name}: {fit.tube.rate:.2f} C/s at full power, cools in "
+                f"{fit.tube.cooling_time:.1f} s; stored on the board"
+            )
+            report[name] = asdict(fit)
+    if json is not None:
+        write_json(json, report)

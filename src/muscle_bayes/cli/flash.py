@@ -1,0 +1,59 @@
+"""`muscle-bayes flash`: the firmware onto a board."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muscle_bayes.errors import MuscleBayesError
+
+
+def flash(
+    port: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PORT", help="Port of the board; the only one that may be meant, unless said."
+        ),
+    ] = None,
+    hex: Annotated[
+        Path | None,
+        typer.Option(
+            "--hex", metavar="FILE", help="Another program, as of `make firmware GAINS=`."
+        ),
+    ] = None,
+) -> None:
+    """Load the firmware onto an Arduino Uno, Duemilanove or Nano, or a clone, and ask who it is.
+
+    Needs avrdude, and tells where to get it. Other boards are refused. 12 V off.
+    """
+    from muscle_bayes.bench.board import Board
+    from muscle_bayes.bench.clock import RealClock
+    from muscle_bayes.bench.flashing import (
+        SHIPPED,
+        check_program,
+        choose_port,
+        find_avrdude,
+        refuse_unfit,
+        usb_ports,
+    )
+    from muscle_bayes.bench.flashing import flash as load
+    from muscle_bayes.bench.transport import board_transport
+
+    if hex is not None and not hex.is_file():
+        raise MuscleBayesError(f"{hex}: no such file. Fix: run `make firmware`.")
+    what = check_program() if hex is None else str(hex)
+    chosen = choose_port(usb_ports(), port)
+    name = refuse_unfit(chosen)
+    avrdude = find_avrdude()
+    typer.echo(f"{chosen.device}: {name}; loading {what} ...", err=True)
+    baud = load(chosen, hex or SHIPPED, avrdude)
+    typer.echo(f"{chosen.device}: loaded at {baud} baud")
+    board = Board(board_transport(chosen.device), RealClock(), f"board on {chosen.device}")
+    try:
+        identity = board.identify(5.0)
+    finally:
+        board.close()
+    typer.echo(
+        f"{chosen.device}: it answers as a {identity.role.lower()} board, firmware "
+        f"{identity.firmware} (pin 4 to GND makes a heater board)"
+    )
