@@ -132,12 +132,22 @@ def test_the_prior_predicts_readings(both: CalibrationModel) -> None:
 
 def test_given_priors_replace_the_default_ones() -> None:
     runs = read_runs([DATA / "spring-1.csv"])
-    half = dist.HalfNormal(3e-3)
-    model = calibration_model(runs, priors={"J": half})
+    half, loud = dist.HalfNormal(3e-3), dist.LogNormal(0.0, 0.1)
+    model = calibration_model(runs, priors={"J": half, "fast.noise": loud})
     trace = handlers.trace(handlers.seed(model, 0)).get_trace(predict=False)
     assert isinstance(trace["J"]["fn"], dist.HalfNormal)
     assert float(trace["J"]["fn"].scale) == 3e-3
-    with pytest.raises(MuscleBayesError, match="nothing"):
+    assert float(trace["fast.noise"]["fn"].scale) == 0.1
+
+
+def test_what_is_not_unknown_is_told() -> None:
+    runs = read_runs([DATA / "spring-1.csv", DATA / "spring-2.csv"])
+    half = dist.HalfNormal(3e-3)
+    with pytest.raises(MuscleBayesError, match=r"'inertia' is no unknown of these runs.* J, D, "):
+        calibration_model(runs, priors={"inertia": half})
+    with pytest.raises(MuscleBayesError, match=r"'fast.start' has shape \(\), not \(2,\)"):
+        calibration_model(runs, priors={"fast.start": half})
+    with pytest.raises(MuscleBayesError, match="catalogue"):
         calibration_model(runs, effects=("nothing",))
 
 
