@@ -15,7 +15,7 @@ from muscle_bayes.inference.lane_model import (
     plant_of,
     zeros_of,
 )
-from muscle_bayes.inference.prior import first_hyst
+from muscle_bayes.inference.muscle_prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.overshoot import overshoot

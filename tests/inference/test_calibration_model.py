@@ -21,7 +21,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.calibration_model import CalibrationModel, calibration_model
 from muscle_bayes.inference.density import constrain, potential, unconstrain
 from muscle_bayes.inference.lane_model import muscle_of
-from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
+from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Data
 
@@ -131,22 +131,48 @@ def test_the_prior_predicts_readings(both: CalibrationModel) -> None:
 
 
 def test_given_priors_replace_the_default_ones() -> None:
-    runs = read_runs([DATA / "spring-1.csv"])
-    half, loud = dist.HalfNormal(3e-3), dist.LogNormal(0.0, 0.1)
-    model = calibration_model(runs, priors={"J": half, "fast.noise": loud})
+    runs = read_runs([DATA / "spring-1.csv", DATA / "spring-2.csv"])
+    given = {"J": dist.HalfNormal(3e-3), "fast.noise": dist.LogNormal(0.0, 0.1)}
+    given["fast.start"] = dist.Normal(510.0, 7.0)  # of every run
+    model = calibration_model(runs, priors=given)
     trace = handlers.trace(handlers.seed(model, 0)).get_trace(predict=False)
     assert isinstance(trace["J"]["fn"], dist.HalfNormal)
     assert float(trace["J"]["fn"].scale) == 3e-3
     assert float(trace["fast.noise"]["fn"].scale) == 0.1
+    assert trace["fast.start"]["value"].shape == (2,)
+    printed = repr(model)
+    assert all(name in printed for name in dict(model.problem.layout.shapes))
+    assert "HalfNormal(scale=0.003)" in printed
+
+
+def test_parameters_of_table_2_take_priors_too() -> None:
+    """Each in place of a quantity that it determines; the density is that of both."""
+    given = {"K_hyst": dist.LogNormal(6.0, 0.3), "H": dist.Normal(-550.0, 60.0)}
+    model = calibration_model(read_runs([DATA / "staircase-166g.csv"]), priors=given)
+    layout, data = model.problem.layout, model.problem.data
+    names = set(dict(layout.shapes))
+    assert set(given) <= names
+    assert not {"stiffness_hyst", "softening"} & names
+    values = {name: data.priors[name].mean for name in names} | {"K_hyst": 415.0, "H": -546.0}
+    values = {name: jnp.asarray(value) for name, value in values.items()}
+    trace = handlers.trace(handlers.substitute(model, values)).get_trace()
+    muscle = muscle_of(values, data)
+    assert muscle is not None
+    for name in set(MUSCLE_PARAMETERS) - names:
+        np.testing.assert_allclose(trace[name]["value"], getattr(muscle, name), rtol=1e-12)
+    for name in given:
+        np.testing.assert_allclose(getattr(muscle, name), values[name], rtol=1e-9)
+        logs = trace[name]["fn"].log_prob(values[name])
+        np.testing.assert_allclose(logs, given[name].log_prob(values[name]), rtol=1e-6)
 
 
 def test_what_is_not_unknown_is_told() -> None:
     runs = read_runs([DATA / "spring-1.csv", DATA / "spring-2.csv"])
     half = dist.HalfNormal(3e-3)
-    with pytest.raises(MuscleBayesError, match=r"'inertia' is no unknown of these runs.* J, D, "):
-        calibration_model(runs, priors={"inertia": half})
-    with pytest.raises(MuscleBayesError, match=r"'fast.start' has shape \(\), not \(2,\)"):
-        calibration_model(runs, priors={"fast.start": half})
+    with pytest.raises(MuscleBayesError, match=r"no parameter 'K_hyst'"):
+        calibration_model(runs, priors={"K_hyst": half})
+    with pytest.raises(MuscleBayesError, match=r"'fast.start' has shape \(3,\), wanted is \(2,\)"):
+        calibration_model(runs, priors={"fast.start": half.expand((3,))})
     with pytest.raises(MuscleBayesError, match="catalogue"):
         calibration_model(runs, effects=("nothing",))
 

@@ -11,8 +11,8 @@ from scipy.stats import kstest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.density import log_prior, unconstrain
+from muscle_bayes.inference.muscle_prior import first_hyst
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.prior import first_hyst
 from muscle_bayes.inference.prior_draws import SAMPLERS, prior_draws, sample_prior
 from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.problem import pose
