@@ -15,7 +15,7 @@ from muscle_bayes.inference.lane_model import (
     plant_of,
     zeros_of,
 )
-from muscle_bayes.inference.prior import resting_hyst
+from muscle_bayes.inference.muscle_prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.physics.breakaway import dry_levels
 from muscle_bayes.physics.overshoot import overshoot
@@ -36,8 +36,8 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
     (lanes,) = data.lanes
     physical = physical_of(values, layout, data)
     zero = zeros_of(values, lanes, "slow", False)
-    start = lanes.scale * (values["slow.start"][lanes.run] - zero)
-    first = resting_hyst(data.tension, values) + values["slow.hyst_stretch"][lanes.run]
+    start = lanes.scale * (lanes.start[:, 0] - zero)
+    first = first_hyst(values["slow.hyst_force"], values)[lanes.run]
     if physical.muscle is None:
         raise ValueError("competitors know muscles only")
     shared = jnp.stack([physical.friction, *jax.tree.leaves(physical.muscle)])

@@ -12,11 +12,12 @@ from jaxtyping import Array, Float
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.prior import COLD, HOT, resting_hyst, strain_under
+from muscle_bayes.inference.muscle_prior import COLD, HOT, strain_under
 from muscle_bayes.inference.problem import Lanes, Problem, pose
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[1] / "data"
 STAIRCASES = ("staircase-139g", "staircase-166g", "staircase-212g")
@@ -157,10 +158,9 @@ def reference_point(problem: Problem) -> Float[Array, " n"]:
     values |= {f"slow.{name}": jnp.asarray(value) for name, value in MODERATE_NOISE.items()}
     runs = [truth["runs"][run.name] for run in problem.runs]
     zero = np.array([run["zero_reading"] for run in runs])
-    angle = np.array([run["initial_angle"] for run in runs])
     hyst = np.array([run["initial_hyst_a"] for run in runs])
-    scale = np.asarray(problem.data.lanes[0].scale)
     values["slow.zero"] = jnp.asarray(zero)
-    values["slow.start"] = jnp.asarray(zero + angle / scale)
-    values["slow.hyst_stretch"] = jnp.asarray(hyst) - resting_hyst(problem.data.tension, values)
+    values["slow.hyst_force"] = tensile_spring(
+        jnp.asarray(hyst), values["stiffness_hyst"], values["F_hyst_min"]
+    )
     return unconstrain(values, problem.layout, problem.data)

@@ -25,7 +25,6 @@ from benchmarks.samplers.chain import WAYS, kind_of
 from benchmarks.samplers.ours import CACHE, NAME, SETTINGS
 from benchmarks.samplers.protocol import Frame, Sampler, our_density
 from benchmarks.timing import seconds
-from muscle_bayes.inference.blocks import blocks
 from muscle_bayes.inference.fit import FULL
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.problem import Problem
@@ -64,7 +63,7 @@ class Entry:
     """Of importing and compiling, before `seconds`."""
     evaluations: int
     """Of gradients (gradient-free samplers: of values) in all processes, warm-up included; NumPyro and Stan
-    do not tell those of the transition that the cap cuts off."""
+    do not tell those of the transition that the cap cuts off, ours not the values for its slices."""
     diverging: int
     """Draws that diverged after warm-up; -1 where the sampler does not tell."""
     density_off: float
@@ -127,9 +126,8 @@ def _ours(folder: Path, problem: Problem) -> dict:
             if name.startswith("seconds_")
         }
         busy = float(stored["busy"])
-        # A simulation judges each trajectory, and each proposal of a minimum force.
-        iterations = quality.chains * (FULL.warmup + quality.draws)
-        simulations = iterations * (1 + blocks(problem.layout).walled.size)
+        # Each leapfrog step needs one; those of the warm-up are taken for as many as later ones.
+        gradients = int(stored["steps"]) * (1.0 + FULL.warmup / quality.draws)
         diverging = int(stored["diverging"])
         if stored["with_inertia"]:
             raise ValueError("ours solved these staircases with inertia: another posterior")
@@ -140,7 +138,7 @@ def _ours(folder: Path, problem: Problem) -> dict:
         stages["sampling"],
         busy,
         begun_by,
-        simulations,
+        round(gradients),
         diverging,
         0.0,
         0.0,

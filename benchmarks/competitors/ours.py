@@ -1,4 +1,4 @@
-"""This project's own gradient, as the sampler calls it."""
+"""This project's own gradient, of the density that the sampler draws from."""
 
 from functools import partial
 from typing import Any

@@ -157,6 +157,7 @@ data {
   vector[lanes] carried; // inertia of the load
   vector[lanes] scale; // rad per count
   vector[lanes] quantum;
+  vector[lanes] first; // reading at which each run begins
   real eps;
   real damper_floor;
   real at_rest;
@@ -195,8 +196,7 @@ model {
   real discrepancy = exp(u[13]);
   real correlation_time = exp(u[14]);
   vector[lanes] zero = segment(u, 15, lanes);
-  vector[lanes] start = segment(u, 15 + lanes, lanes);
-  vector[lanes] stretch = segment(u, 15 + 2 * lanes, lanes);
+  vector[lanes] force = exp(segment(u, 15 + lanes, lanes));
 
   // Lognormal quantities are normal in u.
   target += normal_lpdf(u[1 : 3] | location[1 : 3], spread[1 : 3]);
@@ -207,9 +207,9 @@ model {
   target += normal_lpdf(u[12 : size_z] | location[12 : size_z], spread[12 : size_z]);
 
   real resting = tensile_strain(tension, stiffness_hyst, F_hyst_min, eps);
-  vector[lanes] hyst = resting + stretch;
-  if (min(hyst) < eps) {
-    reject("HYST begins shorter than shut");
+  vector[lanes] hyst;
+  for (lane in 1 : lanes) {
+    hyst[lane] = tensile_strain(force[lane], stiffness_hyst, F_hyst_min, eps);
   }
 
   // Table 2's parameters.
@@ -226,16 +226,16 @@ model {
   int done = 0;
   for (lane in 1 : lanes) {
     int n = intervals[lane];
-    int first = 2 * done + lane;
-    array[2 * n + 1] int instants = linspaced_int_array(2 * n + 1, first, first + 2 * n);
-    real shown = scale[lane] * (start[lane] - zero[lane]);
-    real heat = effective(base[first], rig[lane]);
+    int begun = 2 * done + lane;
+    array[2 * n + 1] int instants = linspaced_int_array(2 * n + 1, begun, begun + 2 * n);
+    real shown = scale[lane] * (first[lane] - zero[lane]);
+    real heat = effective(base[begun], rig[lane]);
     real inertia = J + carried[lane];
     real held = torque(shown, hyst[lane], heat, p, rig[lane], eps)[2];
     real ahead = free_lead * inertia / fmax(held, inertia / longest_swing);
     vector[2] begin = [rest(shown, hyst[lane], heat, p, rig[lane], eps), hyst[lane]]';
     array[2 * n] vector[2] states
-      = ode_bdf_tol(rates, begin, time[first], time[instants[2 : ]], tolerance, tolerance, 1000000,
+      = ode_bdf_tol(rates, begin, time[begun], time[instants[2 : ]], tolerance, tolerance, 1000000,
                     append_row(p, ahead) ./ typical, typical, rig[lane], eps, damping, damper_floor,
                     time[instants], base[instants], lead[instants]);
     vector[n] predicted;

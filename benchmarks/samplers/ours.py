@@ -42,6 +42,7 @@ def main(seed: int, path: Path) -> None:
         busy=busy,
         vector=draws.vector,
         diverging=int(draws.diverging.sum()),
+        steps=int(draws.steps.sum()),
         with_inertia=any(lanes.fine is not None for lanes in sampled.problem.data.lanes),
         **{f"seconds_{stage}": value for stage, value in sampled.seconds.items()},
     )

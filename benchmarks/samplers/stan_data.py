@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpyro import distributions as dist
 from jaxtyping import Float
+from numpyro import distributions as dist
 
 from benchmarks.density import inputs_of
 from benchmarks.ode import COARSE_ERROR, damping_for
@@ -12,8 +12,8 @@ from benchmarks.problem import lanes_of
 from benchmarks.samplers.protocol import Frame
 from benchmarks.samplers.settings import TOLERANCE
 from muscle_bayes.conventions import STRAIN_EPSILON
+from muscle_bayes.inference.muscle_prior import COLD, HOT
 from muscle_bayes.inference.noise import AT_REST
-from muscle_bayes.inference.prior import COLD, HOT
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.physics.muscle import DAMPER_FLOOR
 from muscle_bayes.physics.overshoot import FREE_LEAD, LONGEST_SWING
@@ -34,7 +34,7 @@ SHARED = (
     "slow.discrepancy",
     "slow.correlation_time",
 )
-EACH = ("slow.zero", "slow.start", "slow.hyst_stretch")
+EACH = ("slow.zero", "slow.hyst_force")
 """Both in the order in which the program takes them from its vector, EACH once for every run."""
 
 
@@ -104,6 +104,7 @@ def data_of(problem: Problem, frame: Frame) -> dict[str, Any]:
         "carried": np.asarray(lanes.schedule.load[:, 0] * lanes.plant.load_lever**2),
         "scale": np.asarray(lanes.scale),
         "quantum": np.asarray(lanes.quantum),
+        "first": np.asarray(lanes.start[:, 0]),
         "eps": STRAIN_EPSILON,
         "damper_floor": DAMPER_FLOOR,
         "at_rest": AT_REST,

@@ -190,7 +190,7 @@ def test_stan_is_given_what_its_program_declares() -> None:
         frame = Frame(point, np.eye(point.size), np.empty((0, point.size)))
         data = data_of(problem, frame)
         contraction = problem.data.priors["contraction"].scale
-        starts = problem.data.priors["slow.start"].loc
+        zeros = problem.data.priors["slow.zero"].loc
         shapes = problem.layout.shapes
         other = dataclasses.replace(problem.layout, shapes=shapes[::-1])
         with pytest.raises(ValueError, match="other unknowns"):
@@ -205,8 +205,9 @@ def test_stan_is_given_what_its_program_declares() -> None:
         assert data[name].shape == (instants,)
     names = [name for name, shape in shapes for _ in range(int(np.prod(shape)))]
     assert data["spread"][names.index("contraction")] == contraction
-    first = names.index("slow.start")
-    np.testing.assert_array_equal(data["location"][first : first + 3], starts)
+    first = names.index("slow.zero")
+    np.testing.assert_array_equal(data["location"][first : first + 3], zeros)
+    np.testing.assert_array_equal(data["first"], problem.data.lanes[0].start[:, 0])
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-from numpyro import distributions as dist
 import pytest
+from numpyro import distributions as dist
 from numpyro.infer.util import log_density
 
 from muscle_bayes.data import read_runs

@@ -1,44 +1,42 @@
-"""No prior draw has HYST shorter than shut, and the density says the same."""
+"""Draws of the prior, against its distributions."""
 
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpyro import distributions as dist
 import pytest
+from numpyro import distributions as dist
 from scipy.stats import kstest
 
-from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.density import is_possible, log_prior, unconstrain
+from muscle_bayes.inference.density import log_prior, unconstrain
+from muscle_bayes.inference.muscle_prior import first_hyst
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.prior import first_hyst
 from muscle_bayes.inference.prior_draws import SAMPLERS, prior_draws, sample_prior
 from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.problem import pose
+from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[2] / "data"
 
 
 @double_precision
-def test_hyst_never_begins_shorter_than_shut():
+def test_hyst_always_pulls_at_the_first_row_and_that_is_possible() -> None:
     problem = pose(read_runs([DATA / f"staircase-{grams}g.csv" for grams in (139, 212)]))
     layout, data = problem.layout, problem.data
     draws = prior_draws(jax.random.key(0), 800, layout, data)
     assert draws["J"].shape == (800,)
-    assert draws["slow.hyst_stretch"].shape == (800, 2)
-    first = jax.vmap(lambda one: first_hyst(one["slow.hyst_stretch"], data.tension, one))(draws)
-    assert float(first.min()) >= STRAIN_EPSILON
-    # The bound is at work: stretches below 0 are rarer than above.
-    assert np.mean(draws["slow.hyst_stretch"] < 0.0) < 0.48
-    one = {name: value[0] for name, value in draws.items()}
-    assert jnp.isfinite(log_prior(unconstrain(one, layout, data), layout, data))
-    one["slow.hyst_stretch"] = (
-        one["slow.hyst_stretch"].at[1].add(STRAIN_EPSILON - first[0, 1] - 1e-6)
-    )
-    assert not is_possible(one, data)
-    assert log_prior(unconstrain(one, layout, data), layout, data) == -jnp.inf
+    assert draws["slow.hyst_force"].shape == (800, 2)
+    first = jax.vmap(lambda one: first_hyst(one["slow.hyst_force"], one))(draws)
+    assert float(first.min()) > 0.0
+    pull = jax.vmap(tensile_spring)(first, draws["stiffness_hyst"], draws["F_hyst_min"])
+    np.testing.assert_allclose(pull, draws["slow.hyst_force"], rtol=1e-9)
+    # About the typical tension, which every force is a share or a multiple of.
+    middle = np.median(np.log(draws["slow.hyst_force"]))
+    assert middle == pytest.approx(np.log(float(data.tension)), abs=0.1)
+    vectors = jax.vmap(lambda one: unconstrain(one, layout, data))(draws)
+    assert np.isfinite(jax.vmap(lambda one: log_prior(one, layout, data))(vectors)).all()
 
 
 @pytest.mark.parametrize(

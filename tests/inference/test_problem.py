@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from numpyro import distributions as dist
 import pandas as pd
 import pytest
+from numpyro import distributions as dist
 
 from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError

@@ -23,7 +23,7 @@ DATA = Path(__file__).parents[2] / "data"
 @pytest.mark.timeout(1800)
 def test_both_draw_from_one_posterior() -> None:
     # Short discrepancy stands for noise in a long, thin tail, which NUTS hardly enters: the noise's
-    # moves are held against many weighted draws instead (test_noise_moves.py).
+    # moves are held against the prior instead (test_gibbs_blocks.py).
     problem = pose(read_runs([DATA / "spring-1.csv", DATA / "spring-3.csv"]))
     layout, data = problem.layout, problem.data
     ours = sample(problem, Effort(warmup=150, draws=600, min_ess=400), seed=1).draws.vector

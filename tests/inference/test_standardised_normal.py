@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-from numpyro import distributions as dist
 import pytest
+from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 from numpyro.infer import MCMC, NUTS
 from scipy.stats import norm

@@ -77,7 +77,7 @@ class OUDiscrepancy(dist.Distribution):
 
     def sample(self, key: Array, sample_shape: tuple[int, ...] = ()) -> Array:
         """Readings as they would be logged, without rounding; numbers also where nothing is observed."""
-        key_slow, key_white, key_start = jax.random.split(key, 3)
+        key_first, key_slow, key_white, key_start = jax.random.split(key, 4)
         shape = (*sample_shape, *self.batch_shape, *self.event_shape)
         kicks = jax.random.normal(key_slow, shape)
         fade = jnp.exp(-self.elapsed / self.noise.correlation_time)
@@ -89,7 +89,7 @@ class OUDiscrepancy(dist.Distribution):
             return state, state
 
         spread = jnp.broadcast_to(fade, shape), kicks, jnp.broadcast_to(self.load_step, shape)
-        first = kicks[..., 0] * size
+        first = jax.random.normal(key_first, shape[:-1]) * size
         _, slow = jax.lax.scan(step, first, tuple(jnp.moveaxis(x, -1, 0) for x in spread))
         white = jnp.sqrt(self.white_variance) * jax.random.normal(key_white, shape)
         reading = self.prediction + jnp.moveaxis(slow, 0, -1) + white
@@ -125,8 +125,11 @@ class OUDiscrepancy(dist.Distribution):
         one = _innovations
         for _ in self.batch_shape:
             one = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None))
+        residual = value - self.prediction
+        for _ in range(residual.ndim - self.prediction.ndim):
+            one = jax.vmap(one, in_axes=(0, None, None, None, None, None, None))
         parts = self.elapsed, self.white_variance, self.load_step, self.observed
-        return one(value - self.prediction, *parts, self.basis, self.noise)
+        return one(residual, *parts, self.basis, self.noise)
 
 
 class Innovations(NamedTuple):

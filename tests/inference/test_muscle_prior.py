@@ -1,11 +1,19 @@
 """The muscle in the sampled quantities and in the thesis' own."""
 
+import itertools
+
 import jax
 import numpy as np
 import pytest
 
 from muscle_bayes.conventions import STRAIN_EPSILON
-from muscle_bayes.inference.prior import muscle_parameters, muscle_sites, resting_hyst
+from muscle_bayes.inference.muscle_prior import (
+    UNITS,
+    muscle_parameters,
+    muscle_sites,
+    replaced_by,
+    resting_hyst,
+)
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.springs import tensile_spring
 from muscle_bayes.study.published import TABLE_2
@@ -41,6 +49,26 @@ def test_table_2_comes_back_from_its_sampled_quantities() -> None:
     parameters = muscle_parameters(sampled_from_table_2(), BASE_LENGTH, TENSION)
     for name, value in TABLE_2.items():
         np.testing.assert_allclose(getattr(parameters, name), value, rtol=1e-9)
+
+
+def combinations() -> list[tuple[str, ...]]:
+    """All sets of Table 2's parameters that can take the place of sampled quantities."""
+    names = list(replaced_by(UNITS))
+    return [
+        chosen for count in range(len(names) + 1) for chosen in itertools.combinations(names, count)
+    ]
+
+
+def test_parameters_of_table_2_stand_for_the_quantities_that_they_replace() -> None:
+    whole = sampled_from_table_2()
+    for chosen in combinations():
+        places = replaced_by(chosen)
+        assert len(set(places.values())) == len(chosen)
+        values = {name: value for name, value in whole.items() if name not in places.values()}
+        values |= {name: TABLE_2[name] for name in chosen}
+        found = muscle_parameters(values, BASE_LENGTH, TENSION)
+        for name, value in TABLE_2.items():
+            np.testing.assert_allclose(getattr(found, name), value, rtol=1e-6, err_msg=str(chosen))
 
 
 def test_priors_reach_table_2_without_being_centred_on_it() -> None:
