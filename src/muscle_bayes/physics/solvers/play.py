@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
-from muscle_bayes.physics.friction import DryLevels
 from muscle_bayes.physics.linkage import Scalar
 
 TOLERANCE = 1e-11
@@ -23,6 +23,10 @@ FIRST_REACH = 0.04
 
 START, STEPPED, WIDENING, ENCLOSED, FOUND, AT_STOP = range(6)
 """Stages of the search."""
+
+
+Forces = tuple[Scalar, Scalar]
+"""What drives the rotor, with its sign, and the magnitude of dry friction, in any one unit."""
 
 
 class _Search(NamedTuple):
@@ -44,19 +48,20 @@ class _Search(NamedTuple):
 
 
 def _search(
-    force: Callable[[Scalar], Scalar], begin: Scalar, dry: DryLevels, stops: tuple[Scalar, Scalar]
+    forces: Callable[[Scalar], Forces], begin: Scalar, stops: tuple[Scalar, Scalar]
 ) -> _Search:
     """The rest after a slide from `begin`; no derivatives."""
     span = jnp.abs(stops[1] - stops[0])
 
     # All stages share one look at the force: each use of it is compiled anew, and is most of the code.
     def look(now: _Search) -> _Search:
-        value, slope = jax.jvp(force, (now.x,), (jnp.ones_like(now.x),))
+        (value, dry), (slope, dry_slope) = jax.jvp(forces, (now.x,), (jnp.ones_like(now.x),))
         # So written, a pull that is not finite moves the rotor instead of passing for a stuck one.
-        breaks_away = jnp.where(jnp.abs(value) <= dry.static, 0.0, jnp.sign(value))
+        breaks_away = jnp.where(jnp.abs(value) <= dry, 0.0, jnp.sign(value))
         direction = jnp.where(now.stage == START, breaks_away, now.direction)
         room = jnp.abs(jnp.where(direction > 0, stops[1], stops[0]) - begin)
-        over = direction * value - dry.sliding
+        over = direction * value - dry
+        slope = slope - direction * dry_slope
         slides, falls = over > 0.0, slope < 0.0
         newton = over / jnp.where(slope == 0.0, 1.0, -slope)
 
@@ -118,26 +123,36 @@ def _search(
 
 
 def play(
-    force: Callable[[Scalar, Any], Scalar],
+    forces: Callable[[Scalar, Any], Forces],
     q: Scalar,
     args: Any,
-    dry: DryLevels,
     stops: tuple[Scalar, Scalar],
 ) -> Scalar:
     """The coordinate after forces have changed slowly, starting at rest at `q`.
 
-    Rotor stays while |force(q)| <= dry.static; else it slides to the first point where |force| =
-    dry.sliding, or to the stop. `force(q, args)` falls with q around a stable equilibrium. Found by
-    Newton's method inside a shrinking bracket; the derivative of the result is that of the implicit
-    equation, so it is exact in forward and reverse mode. [rad or m], [N m or N].
+    `forces(x, args)` is the force at x and the dry friction against a slide from `q` to there. The
+    rotor stays while |force| <= friction at q; else it slides to the first point where they are
+    equal, or to the stop. The force falls with x around a stable equilibrium. Found by Newton's method
+    inside a shrinking bracket; the derivative of the result is that of the implicit equation, so
+    it is exact in forward and reverse mode. [rad or m].
     """
-    begin, still, levels, ends = jax.lax.stop_gradient((q, args, dry, stops))
-    found = jax.lax.stop_gradient(_search(lambda x: force(x, still), begin, levels, ends))
+    begin, still, ends = jax.tree.map(stopped, (q, args, stops))
+    found = jax.lax.stop_gradient(_search(lambda x: forces(x, still), begin, ends))
     root, direction = found.x, found.direction
+
+    def excess(x: Scalar) -> Scalar:
+        force, dry = forces(x, args)
+        return force - direction * dry
+
     # One Newton step with the slope held fixed carries the derivative of the implicit equation.
-    value, slope = jax.jvp(lambda x: force(x, args), (root,), (jnp.ones_like(root),))
-    slope, residual = jax.lax.stop_gradient(slope), value - direction * dry.sliding
+    residual, slope = jax.jvp(excess, (root,), (jnp.ones_like(root),))
+    slope = jax.lax.stop_gradient(slope)
     slides = root - residual / jnp.where(slope == 0.0, -1.0, slope)
     slides = jnp.where(slope == 0.0, root, slides)
     stop = jnp.where(direction > 0, stops[1], stops[0])
     return jnp.where(direction == 0.0, q, jnp.where(found.stage == AT_STOP, stop, slides))
+
+
+def stopped(leaf: Any) -> Any:
+    """The leaf without its derivatives."""
+    return jax.lax.stop_gradient(leaf) if eqx.is_inexact_array(leaf) else leaf
