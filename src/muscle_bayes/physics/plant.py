@@ -221,6 +221,7 @@ class Plant(eqx.Module):
             diffrax.ODETerm(self.smooth_rates), diffrax.ODETerm(self.dry_bound)
         )
 
+    @eqx.filter_jit  # traced once wherever a program asks for it
     def smooth_rates(
         self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
     ) -> PlantState:
@@ -235,6 +236,7 @@ class Plant(eqx.Module):
             now.memory_rates(*state),
         )
 
+    @eqx.filter_jit
     def dry_bound(
         self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
     ) -> PlantState:

@@ -5,13 +5,16 @@ from functools import partial
 from typing import Any
 
 import diffrax
+import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from muscle_bayes.physics.effect import TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive
+
+Index = Int[Array, ""]
 
 
 class Segment(diffrax.AbstractPath):
@@ -28,6 +31,8 @@ class Segment(diffrax.AbstractPath):
     """At its start."""
     temperature_rate: Float[Array, "2"]
     """C/s"""
+    interval: Index
+    """Of the schedule."""
 
     @property
     def t0(self) -> Scalar:
@@ -103,12 +108,21 @@ class Schedule(diffrax.AbstractPath):
         """Times at which load and force may jump and temperature bends [s], for a step-size controller."""
         return self.time[1:-1]
 
-    def _interval(self, t: Scalar, side: str) -> Array:
-        """Index of the interval that holds t."""
-        place = jnp.searchsorted(self.time, t, side=side, method="scan_unrolled") - 1
-        return jnp.clip(place, 0, self.load.shape[0] - 1)
+    def _interval(self, t: Scalar, left: bool) -> Index:
+        """Index of the interval that holds t; at a node, of that before it if `left`, else after it."""
+        inner = self.time[1:-1]
+        return jnp.sum(inner < t if left else inner <= t, dtype=jnp.int32)
 
-    def _heat(self, interval: Array, t: Scalar) -> Float[Array, "2"]:
+    def _interval_near(self, near: Index, t0: Scalar, t1: Scalar) -> Index:
+        """The same of a step's start, where that is `near` or the next; else searched for."""
+        last = self.load.shape[0] - 1
+        following = jnp.minimum(near + 1, last)
+        place = jnp.where(self.time[following] <= t0, following, near)
+        holds = (self.time[place] <= t0) & ((t0 < self.time[place + 1]) | (place == last))
+        lost = eqxi.unvmap_any(~holds & (t1 > t0))
+        return jax.lax.cond(lost, lambda: self._interval(t0, left=False), lambda: place)
+
+    def _heat(self, interval: Index, t: Scalar) -> Float[Array, "2"]:
         """Temperatures [C] at t within an interval."""
         begin, duration = self.time[interval], self.time[interval + 1] - self.time[interval]
         share = (t - begin) / jnp.where(duration > 0.0, duration, 1.0)
@@ -122,16 +136,23 @@ class Schedule(diffrax.AbstractPath):
         """
         if t1 is not None:
             return _change(self.evaluate(t0, left=left), self.evaluate(t1, left=left))
-        interval = self._interval(t0, "left" if left else "right")
+        interval = self._interval(t0, left)
         return Drive(self._heat(interval, t0), self.load[interval], self.applied[interval])
 
-    def segment(self, t0: Scalar, t1: Scalar) -> Segment:
-        """The path over a step from t0 to t1 [s] that holds no node inside: one search for the step."""
-        interval = self._interval(t0, "right")
+    def segment(self, t0: Scalar, t1: Scalar, near: Index | None = None) -> Segment:
+        """The path over a step from t0 to t1 [s] that holds no node inside: one search for the step.
+
+        None is needed where the step starts in the interval `near` or the next.
+        """
+        if near is None:
+            interval = self._interval(t0, left=False)
+        else:
+            interval = self._interval_near(near, t0, t1)
         begin, end = self._heat(interval, t0), self._heat(interval, t1)
         lasts = t1 > t0
         rate = jnp.where(lasts, (end - begin) / jnp.where(lasts, t1 - t0, 1.0), 0.0)
-        return Segment(t0, t1, Drive(begin, self.load[interval], self.applied[interval]), rate)
+        first = Drive(begin, self.load[interval], self.applied[interval])
+        return Segment(t0, t1, first, rate, interval)
 
 
 def _change(begin: Drive, end: Drive) -> Drive:

@@ -93,7 +93,7 @@ def simulate(
         plant.terms(),
         solver,
         steps[0],
-        steps[-1],
+        jnp.inf,  # steps are counted: none need be cut short at an end
         None,
         state,
         drive,
@@ -103,6 +103,7 @@ def simulate(
         max_steps=nodes.shape[0],
         throw=False,
     )
+    solution = eqx.tree_at(lambda one: one.t1, solution, nodes[-1])
     return _reported(_at(solution, nodes, times), throw)
 
 

@@ -39,14 +39,16 @@ class PlantSolver(diffrax.AbstractSolver):
         """The state at the drive's end, from the one at its start; `first`: in the first step."""
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
-        return jnp.asarray(True)
+        return jnp.asarray(True), jnp.asarray(0, jnp.int32)
 
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any, solver_state: Any, made_jump: Any
     ) -> Any:
-        y1 = self.advance(terms, args.segment(t0, t1), y0, solver_state)
-        dense_info = {"y0": y0, "y1": y1}
-        return y1, None, dense_info, jnp.asarray(False), diffrax.RESULTS.successful
+        first, interval = solver_state
+        drive = args.segment(t0, t1, interval)
+        y1 = self.advance(terms, drive, y0, first)
+        now = jnp.asarray(False), drive.interval
+        return y1, None, {"y0": y0, "y1": y1}, now, diffrax.RESULTS.successful
 
     def func(self, terms: Any, t0: Any, y0: Any, args: Any) -> Any:
         return terms.vf(t0, y0, args)

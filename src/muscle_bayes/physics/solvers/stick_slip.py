@@ -65,7 +65,9 @@ class StickSlip(PlantSolver):
 
         def turned() -> PlantState:
             after = leg.slope(drive.t1, whole, slope.sign)
-            share, there = self._reversal(y, slope.rate, whole, after.rate, duration, reverses)
+            share, there = materialise(
+                self._reversal(y, slope.rate, whole, after.rate, duration, reverses)
+            )
             t = t0 + share * duration
             back = leg.end(t, there, leg.first_slope(t, there), (1.0 - share) * duration)
             return jax.tree.map(lambda a, b: jnp.where(reverses, a, b), back, whole)
@@ -87,12 +89,25 @@ class StickSlip(PlantSolver):
         v0, a0, v1, a1 = begin.speed, before.speed * duration, end.speed, after.speed * duration
         rise = v1 - v0
         c2, c3 = 3.0 * rise - 2.0 * a0 - a1, a0 + a1 - 2.0 * rise
-        x = jnp.where(reverses, v0 / jnp.where(reverses, -rise, 1.0), 0.5)
-        for _ in range(self.newton_steps):
+        start = jnp.where(reverses, v0 / jnp.where(reverses, -rise, 1.0), 0.5)
+
+        def newton(x: Scalar, cubic: tuple[Scalar, ...]) -> tuple[Scalar, Scalar]:
+            v0, a0, c2, c3 = cubic
             value = v0 + x * (a0 + x * (c2 + x * c3))
             slope = a0 + x * (2.0 * c2 + 3.0 * x * c3)
-            newton = x - value / jnp.where(slope == 0.0, 1.0, slope)
-            x = jnp.where((slope == 0.0) | (newton < 0.0) | (newton > 1.0), x, newton)
+            return value, jnp.where(slope == 0.0, 1.0, slope)
+
+        still, x = jax.lax.stop_gradient(((v0, a0, c2, c3), start))
+
+        def closer(_: int, x: Scalar) -> Scalar:
+            value, slope = newton(x, still)
+            ahead = x - value / slope
+            return jnp.where((ahead < 0.0) | (ahead > 1.0), x, ahead)
+
+        x = jax.lax.fori_loop(0, self.newton_steps, closer, x)
+        # One more step with the slope held fixed carries the derivative of the implicit equation.
+        value, slope = newton(x, (v0, a0, c2, c3))
+        x = materialise(x - value / jax.lax.stop_gradient(slope))
         travelled = x * (v0 + x * (a0 / 2.0 + x * (c2 / 3.0 + x * c3 / 4.0)))
 
         def cubic(y0: Scalar, rate0: Scalar, y1: Scalar, rate1: Scalar) -> Scalar:
