@@ -79,7 +79,7 @@ class QuasiStatic(PlantSolver):
         there = materialise(self._crossed(terms, drive, begin, middle, duration))
         if y.memory:
             hyst = jax.tree.map(lambda a, b: 0.5 * (a + b), begin.hyst, there.hyst)
-            memory = moved(middle, there._replace(q=0.5 * (begin.q + there.q), hyst=hyst), duration)
+            memory = moved(middle, there._replace(hyst=hyst), duration)
             there = there._replace(memory=memory)
         end = self._slid(_Balance(terms, drive, drive.t1, there, half))
         lasts = duration > 0.0
