@@ -81,14 +81,14 @@ def test_stick_slip_is_the_limit_of_friction_smoothed_less_and_less_in_tsit5():
     state, times = initial_state(made, drive, q=-0.25), jnp.linspace(0.0, 2.5, 1001)
     limit = simulate(made, drive, state, solver=StickSlip(), times=times).ys
     assert np.any(limit.speed[1:] == 0.0), "it sticks"
-    speeds = (0.04, 0.02, 0.01)
+    speeds = (0.01, 0.0025, 0.000625)
     paths = [
         generally(made.smoothed_terms(v0), diffrax.Tsit5(), drive, state, times, 1e-8)
         for v0 in speeds
     ]
     errors = distances(paths, limit.q)
-    assert errors[-1] < 5e-3
-    assert slopes(errors, 2.0).min() > 0.9, errors
+    assert errors[-1] < 1e-3
+    assert slopes(errors, 4.0).min() > 0.85, errors
 
 
 def heated(t):
@@ -158,7 +158,7 @@ def test_a_solver_of_ours_is_one_of_diffrax():
 def test_quasi_static_alone_says_that_it_must_know_its_plant():
     made = muscle_plant()
     drive = schedule([0.0, 1.0])
-    with pytest.raises(ValueError, match="endstops and muscles. Mend: use `simulate`"):
+    with pytest.raises(ValueError, match=r"endstops and muscles\. Mend: use `simulate`"):
         QuasiStatic().init(made.terms(), 0.0, 1.0, initial_state(made, drive), drive)
 
 
@@ -169,5 +169,3 @@ def test_what_inference_asks_for_is_the_same_simulation():
     np.testing.assert_allclose(seen.sensed, ys.q[1:], atol=1e-14)
     np.testing.assert_allclose(seen.speed, ys.speed[1:], atol=1e-13)
     assert filtered(drive, ()) is drive
-
-

@@ -237,9 +237,7 @@ class Plant(eqx.Module):
         )
 
     @eqx.filter_jit
-    def dry_bound(
-        self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
-    ) -> PlantState:
+    def dry_bound(self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]) -> PlantState:
         """Largest deceleration by dry friction, in `speed` [rad/s^2 or m/s^2]; 0 elsewhere."""
         now, at = self.remembering(y.memory), drive.evaluate(t)
         bound = now.dry_friction(y.q, y.speed, y.hyst, at) / self._divisor(at.load)

@@ -35,10 +35,9 @@ def _solve(
     plant: Plant, drive: Schedule, state: PlantState, solver: QuasiStatic | StickSlip
 ) -> tuple[PlantState, Bool[Array, ""]]:
     """States at the drive's nodes, and whether they could be found; derivatives by forward mode."""
-    found = simulate(
-        plant, drive, state, solver=solver, adjoint=diffrax.ForwardMode(), throw=False
-    )
-    return found.ys, found.result == diffrax.RESULTS.successful
+    found = simulate(plant, drive, state, solver=solver, adjoint=diffrax.ForwardMode(), throw=False)
+    states: PlantState = found.ys  # type: ignore[assignment]
+    return states, jnp.asarray(found.result == diffrax.RESULTS.successful)
 
 
 def _sensed(plant: Plant, q: Array, states: PlantState, drives: Drive) -> Float[Array, " interval"]:
@@ -57,7 +56,9 @@ def quasi_static_response(
     plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]
 ) -> Response:
     """Response without inertia, from rest at q [rad or m] with HYST strains `hyst`."""
-    states, solved = _solve(plant, schedule, initial_state(plant, schedule, q, 0.0, hyst), QuasiStatic())
+    states, solved = _solve(
+        plant, schedule, initial_state(plant, schedule, q, 0.0, hyst), QuasiStatic()
+    )
     begin, ends = states.q[:-1], _after_each(states)
     duration = jnp.diff(schedule.time)
     lasts = duration > 0.0

@@ -23,9 +23,9 @@ class Segment(diffrax.AbstractPath):
     Its own start and end belong to it, whatever jumps there; `left` does not count.
     """
 
-    begin: Scalar
+    t0: Scalar  # type: ignore[misc]
     """s"""
-    end: Scalar
+    t1: Scalar  # type: ignore[misc]
     """s"""
     first: Drive
     """At its start."""
@@ -34,19 +34,11 @@ class Segment(diffrax.AbstractPath):
     interval: Index
     """Of the schedule."""
 
-    @property
-    def t0(self) -> Scalar:
-        return self.begin
-
-    @property
-    def t1(self) -> Scalar:
-        return self.end
-
     def evaluate(self, t0: Any, t1: Any = None, left: bool = True) -> Drive:
         """The drive at t0 [s]; its change from t0 to t1 where t1 is given."""
         if t1 is not None:
             return _change(self.evaluate(t0), self.evaluate(t1))
-        heat = self.first.temperature + (t0 - self.begin) * self.temperature_rate
+        heat = self.first.temperature + (t0 - self.t0) * self.temperature_rate
         return self.first._replace(temperature=heat)
 
 
@@ -91,11 +83,11 @@ class Schedule(diffrax.AbstractPath):
         )
 
     @property
-    def t0(self) -> Scalar:
+    def t0(self) -> Scalar:  # type: ignore[override]
         return self.time[0]
 
     @property
-    def t1(self) -> Scalar:
+    def t1(self) -> Scalar:  # type: ignore[override]
         return self.time[-1]
 
     @property
@@ -113,8 +105,10 @@ class Schedule(diffrax.AbstractPath):
         inner = self.time[1:-1]
         return jnp.sum(inner < t if left else inner <= t, dtype=jnp.int32)
 
-    def _interval_near(self, near: Index, t0: Scalar, t1: Scalar) -> Index:
-        """The same of a step's start, where that is `near` or the next; else searched for."""
+    def _interval_near(self, near: Index | None, t0: Scalar, t1: Scalar) -> Index:
+        """The same of a step's start; without a search where that is `near` or the next."""
+        if near is None:
+            return self._interval(t0, left=False)
         last = self.load.shape[0] - 1
         following = jnp.minimum(near + 1, last)
         place = jnp.where(self.time[following] <= t0, following, near)
@@ -144,10 +138,7 @@ class Schedule(diffrax.AbstractPath):
 
         None is needed where the step starts in the interval `near` or the next.
         """
-        if near is None:
-            interval = self._interval(t0, left=False)
-        else:
-            interval = self._interval_near(near, t0, t1)
+        interval = self._interval_near(near, t0, t1)
         begin, end = self._heat(interval, t0), self._heat(interval, t1)
         lasts = t1 > t0
         rate = jnp.where(lasts, (end - begin) / jnp.where(lasts, t1 - t0, 1.0), 0.0)

@@ -83,6 +83,7 @@ def simulate(
         ...     return simulate(plant, drive, begin, times=jnp.linspace(0.0, 2.0, 201)).ys.q[-1]
         >>> with jax.enable_x64(True):
         ...     print(f"{stroke(5e-3):.4f} rad, {jax.grad(stroke)(5e-3):.2f} rad per N m")
+        0.0858 rad, 16.46 rad per N m
     """
     drive = filtered(drive, plant.temperature_filters)
     solver = (StickSlip() if solver is None else solver).for_plant(plant)

@@ -60,6 +60,16 @@ class QuasiStatic(PlantSolver):
             )
         return super().init(terms, t0, t1, y0, args)
 
+    @property
+    def _sides(self) -> tuple[int, ...]:
+        assert self.relaxing is not None
+        return self.relaxing
+
+    @property
+    def _ends(self) -> Stops:
+        assert self.stops is not None
+        return self.stops
+
     def advance(
         self, terms: diffrax.MultiTerm, drive: Segment, y: PlantState, first: Bool[Array, ""]
     ) -> PlantState:
@@ -95,7 +105,7 @@ class QuasiStatic(PlantSolver):
         return still._replace(q=self._slid(_Balance(terms, drive, t, still, jnp.zeros_like(y.q))))
 
     def _slid(self, balance: "_Balance") -> Scalar:
-        return play(forces_at, balance.begin.q, balance, self.stops)
+        return play(forces_at, balance.begin.q, balance, self._ends)
 
     def _crossed(
         self,
@@ -113,7 +123,7 @@ class QuasiStatic(PlantSolver):
         return begin._replace(q=q, hyst=self._after(begin.hyst, moves))
 
     def _after(self, hyst: Pair, moves: tuple[Scalar, ...]) -> Pair:
-        for side, move in zip(self.relaxing, moves, strict=True):
+        for side, move in zip(self._sides, moves, strict=True):
             hyst = _with(hyst, side, hyst[side] + move)
         return hyst
 
@@ -124,15 +134,15 @@ class QuasiStatic(PlantSolver):
         springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
         relieved: far too little, where MODULUS is stiff.
         """
-        q, hyst, duration = balance.begin.q, balance.begin.hyst, balance.duration
+        q, duration = balance.begin.q, balance.duration
         at = materialise(self._slid(balance))
         (pull, dry), (slope, dry_slope) = jax.jvp(lambda x: forces_at(x, balance), (at,), (1.0,))
-        relief = [balance.relief(side, at) for side in self.relaxing]
+        relief = [balance.relief(side, at) for side in self._sides]
         # How hard would the rotor be pulled at q, temperature and HYST having moved? HYST first takes
         # back what temperature made the rotor slide, under a tension that stays; then it relaxes
         # against a rotor that rests.
         still_at, still = jax.tree.map(stopped, (at, balance))
-        rates = [still.relaxation(side, still_at) for side in self.relaxing]
+        rates = [still.relaxation(side, still_at) for side in self._sides]
         speeds = [by * rate for by, (rate, _) in zip(relief, rates, strict=True)]
         total, slide = sum(speeds), (q - at) * slope
         opposed = total * slide < 0.0
@@ -146,7 +156,7 @@ class QuasiStatic(PlantSolver):
         held = pull + slide + total * taking + growth
         direction = jnp.sign(held)
         static = forces_at(q, balance)[1]
-        inside = (at > self.stops[0]) & (at < self.stops[1])
+        inside = (at > self._ends[0]) & (at < self._ends[1])
         slope = slope - direction * dry_slope
         firm = (slope < 0.0) & inside
         free = firm & ((jnp.abs(held) > static) | (static == 0.0))
@@ -160,14 +170,14 @@ class QuasiStatic(PlantSolver):
 
         ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999): second order, L-stable.
         """
-        if not self.relaxing:
+        if not self._sides:
             return ()
 
         def rates(*moves: Scalar) -> tuple[Scalar, ...]:
             rate = balance.hyst_rates(path.at(moves), self._after(balance.begin.hyst, moves))
-            return tuple(rate[side] for side in self.relaxing)
+            return tuple(rate[side] for side in self._sides)
 
-        none = tuple(jnp.zeros_like(path.q) for _ in self.relaxing)
+        none = tuple(jnp.zeros_like(path.q) for _ in self._sides)
         columns = []
         for place in range(len(none)):
 

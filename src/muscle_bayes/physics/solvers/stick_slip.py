@@ -97,14 +97,14 @@ class StickSlip(PlantSolver):
             slope = a0 + x * (2.0 * c2 + 3.0 * x * c3)
             return value, jnp.where(slope == 0.0, 1.0, slope)
 
-        still, x = jax.lax.stop_gradient(((v0, a0, c2, c3), start))
+        still: tuple[Scalar, ...] = jax.lax.stop_gradient((v0, a0, c2, c3))
 
         def closer(_: int, x: Scalar) -> Scalar:
             value, slope = newton(x, still)
             ahead = x - value / slope
             return jnp.where((ahead < 0.0) | (ahead > 1.0), x, ahead)
 
-        x = jax.lax.fori_loop(0, self.newton_steps, closer, x)
+        x = jax.lax.fori_loop(0, self.newton_steps, closer, jax.lax.stop_gradient(start))
         # One more step with the slope held fixed carries the derivative of the implicit equation.
         value, slope = newton(x, (v0, a0, c2, c3))
         x = materialise(x - value / jax.lax.stop_gradient(slope))
@@ -116,8 +116,8 @@ class StickSlip(PlantSolver):
             return y0 + x * rise + x * (1.0 - x) * curved
 
         hyst = jax.tree.map(cubic, begin.hyst, before.hyst, end.hyst, after.hyst)
-        still = jnp.zeros_like(v0)
-        return x, begin._replace(q=begin.q + duration * travelled, speed=still, hyst=hyst)
+        q, rest = begin.q + duration * travelled, jnp.zeros_like(v0)
+        return x, begin._replace(q=q, speed=rest, hyst=hyst)
 
     def _at_stops(self, y: PlantState) -> PlantState:
         """Endstops take all speed that points into them."""
