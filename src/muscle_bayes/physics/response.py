@@ -11,7 +11,7 @@ from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant, PlantState
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
-from muscle_bayes.physics.simulation import initial_state, simulate
+from muscle_bayes.physics.simulation import at_rest, initial_state, simulate
 from muscle_bayes.physics.solvers import QuasiStatic, StickSlip
 
 
@@ -91,9 +91,8 @@ def _inertial(plant: Plant, schedule: Schedule, state: PlantState) -> Response:
 def refined_response(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
     """What `quasi_static_response` says of the grid's former intervals, with full inertia."""
     schedule = filtered(grid.schedule, plant.temperature_filters)
-    first = schedule.segment(schedule.t0, schedule.t0)
     state = initial_state(plant, grid.schedule, q, 0.0, hyst)
-    state = QuasiStatic().for_plant(plant).rest(plant.terms(), schedule.t0, state, first)
+    state = at_rest(plant, grid.schedule, state)
     whole = _inertial(plant, grid.schedule, state)
     start = plant.remembering(state.memory).sensed(state.q, hyst, schedule.first)
     ends = jnp.concatenate([start[None], whole.sensed])

@@ -13,6 +13,7 @@ from muscle_bayes.physics.plant import Plant, PlantState
 from muscle_bayes.physics.schedule import Schedule, filtered
 from muscle_bayes.physics.solvers.nodes import StepToNodes
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
+from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
 from muscle_bayes.physics.solvers.stick_slip import StickSlip
 
 
@@ -34,6 +35,13 @@ def initial_state(
     first = filtered(drive, plant.temperature_filters).first if plant.memory_effects else None
     memory = {} if first is None else starting(plant, q, hyst, first).memory
     return PlantState(q, speed, hyst, memory)
+
+
+def at_rest(plant: Plant, drive: Schedule, state: PlantState) -> PlantState:
+    """The state after a slide, in no time, to where dry friction holds the rotor in the first row."""
+    drive = filtered(drive, plant.temperature_filters)
+    first = drive.segment(drive.t0, drive.t0)
+    return QuasiStatic().for_plant(plant).rest(plant.terms(), drive.t0, state, first)
 
 
 def simulate(
