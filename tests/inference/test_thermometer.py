@@ -73,3 +73,28 @@ def test_a_slow_meter_has_a_longer_window():
     time = np.arange(0.0, 200.0, 2.0)
     found = course(time, 30.0 + 0.5 * 0.02 * time**2, np.array([60.0, 61.0]))
     np.testing.assert_allclose(found.curvature, 0.02, rtol=1e-6)
+
+
+def falling(seed, rate, hold=0.4, pauses=()):
+    """A log at 30 ms of a temperature that falls evenly, behind a meter of 0.1 C every `hold` s or so."""
+    random = np.random.default_rng(seed)
+    time = np.cumsum(random.normal(0.03, 0.003, 6000))
+    measured = np.cumsum(random.normal(hold, 0.05 * hold, int(240.0 / hold)))
+    values = np.round(60.0 - rate * measured + random.normal(0.0, 0.05, measured.size), 1)
+    shown = np.maximum(np.searchsorted(measured, time) - 1, 0)
+    paused = [(time > at) & (time < at + 1.1 * hold) for at in pauses]
+    kept = (time > measured[0]) & ~np.any(paused, axis=0)
+    return time[kept], values[shown][kept]
+
+
+@pytest.mark.parametrize("hold", [0.4, 1.0])
+@pytest.mark.parametrize("rate", [0.02, 0.1, 0.3, 1.0, 4.0])
+def test_held_values_do_not_lag_while_temperature_falls_slowly(rate, hold):
+    errors = []
+    for seed in range(5):
+        time, values = updates(*falling(seed, rate, hold, pauses=[20.0, 50.3, 111.0]))
+        errors.append(values - (60.0 - rate * time))
+    error = np.concatenate(errors)
+    scatter = np.hypot(0.05, 0.1 / np.sqrt(12.0))
+    assert abs(error.mean()) < 3.0 * scatter / np.sqrt(error.size) + 0.01 * rate
+    assert error.std() < 1.1 * np.hypot(scatter, 0.1 * hold * rate)
