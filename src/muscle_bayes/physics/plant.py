@@ -245,7 +245,7 @@ class Plant(eqx.Module):
 
     def _divisor(self, load: Scalar) -> Scalar:
         inertia = self.inertia(load)
-        return jnp.where(inertia > 0.0, inertia, 1.0)
+        return jnp.where(inertia == 0.0, 1.0, inertia)
 
     def smoothed_terms(self, smoothing_speed: Scalar | float) -> diffrax.ODETerm:
         """The same with dry friction d tanh(v / v0), v0 = `smoothing_speed` [rad/s or m/s].
