@@ -12,7 +12,7 @@ from muscle_bayes.discovery.holding import without_blocks, without_runs
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, motions_at, slope_at
+from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at

@@ -91,18 +91,18 @@ class StickSlip(PlantSolver):
         c2, c3 = 3.0 * rise - 2.0 * a0 - a1, a0 + a1 - 2.0 * rise
         start = jnp.where(reverses, v0 / jnp.where(reverses, -rise, 1.0), 0.5)
 
-        def closer(x: Scalar, cubic: tuple[Scalar, ...]) -> Scalar:
-            v0, a0, c2, c3 = cubic
+        def closer(x: Scalar, speed: tuple[Scalar, ...]) -> Scalar:
+            v0, a0, c2, c3 = speed
             value = v0 + x * (a0 + x * (c2 + x * c3))
             slope = jax.lax.stop_gradient(a0 + x * (2.0 * c2 + 3.0 * x * c3))
             newton = x - value / jnp.where(slope == 0.0, 1.0, slope)
             return jnp.where((slope == 0.0) | (newton < 0.0) | (newton > 1.0), x, newton)
 
-        cubic = v0, a0, c2, c3
-        still, x = jax.lax.stop_gradient((cubic, start))
+        speed = v0, a0, c2, c3
+        still, x = jax.lax.stop_gradient((speed, start))
         x = jax.lax.fori_loop(0, self.newton_steps, lambda _, x: closer(x, still), x)
         # One more step with the slope held fixed carries the derivative of the implicit equation.
-        x = materialise(closer(x, cubic))
+        x = materialise(closer(x, speed))
         travelled = x * (v0 + x * (a0 / 2.0 + x * (c2 / 3.0 + x * c3 / 4.0)))
 
         def cubic(y0: Scalar, rate0: Scalar, y1: Scalar, rate1: Scalar) -> Scalar:
