@@ -96,6 +96,20 @@ def simulate(
     drive = filtered(drive, plant.temperature_filters)
     solver = (StickSlip() if solver is None else solver).for_plant(plant)
     nodes = drive.time if times is None else jnp.sort(jnp.concatenate([drive.time, times]))
+    adjoint = diffrax.DirectAdjoint() if adjoint is None else adjoint
+    solution = _solved(plant, drive, state, solver, nodes, adjoint)
+    return _reported(_at(solution, nodes, times), throw)
+
+
+def _solved(
+    plant: Plant,
+    drive: Schedule,
+    state: PlantState,
+    solver: PlantSolver,
+    nodes: Float[Array, " node"],
+    adjoint: diffrax.AbstractAdjoint,
+) -> diffrax.Solution:
+    """The solution at the nodes."""
     # The first step has no length, so that the first state is saved, and rests are found in one place.
     steps = jnp.concatenate([nodes[:1], nodes])
     solution = diffrax.diffeqsolve(
@@ -108,12 +122,11 @@ def simulate(
         drive,
         saveat=diffrax.SaveAt(steps=True),
         stepsize_controller=StepToNodes(steps),
-        adjoint=diffrax.DirectAdjoint() if adjoint is None else adjoint,
+        adjoint=adjoint,
         max_steps=nodes.shape[0],
         throw=False,
     )
-    solution = eqx.tree_at(lambda one: one.t1, solution, nodes[-1])
-    return _reported(_at(solution, nodes, times), throw)
+    return eqx.tree_at(lambda one: one.t1, solution, nodes[-1])
 
 
 def _at(

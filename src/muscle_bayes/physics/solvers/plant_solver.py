@@ -9,12 +9,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Plant, PlantState
 from muscle_bayes.physics.schedule import Segment
-
-Stops = tuple[Scalar | float, Scalar | float]
-"""Coordinates of the endstops [rad or m]."""
+from muscle_bayes.physics.solvers.play import Stops
 
 
 class PlantSolver(diffrax.AbstractSolver):

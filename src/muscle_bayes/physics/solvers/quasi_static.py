@@ -15,8 +15,8 @@ from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.plant import Pair, Plant, PlantState
 from muscle_bayes.physics.schedule import Segment
 from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step
-from muscle_bayes.physics.solvers.plant_solver import PlantSolver, Stops
-from muscle_bayes.physics.solvers.play import Forces, play, stopped
+from muscle_bayes.physics.solvers.plant_solver import PlantSolver
+from muscle_bayes.physics.solvers.play import Forces, Search, Stops, play, stopped
 
 GAMMA = 1.0 - 0.5**0.5
 """Coefficient that makes the two-stage Rosenbrock method ROS2 L-stable."""
@@ -35,11 +35,12 @@ class QuasiStatic(PlantSolver):
     `StickSlip`.
 
     `relaxing`: sides whose sigma_hyst moves; None: those with a muscle, of the plant that `simulate`
-    is given.
+    is given. `search`: how rests are searched for.
     """
 
     stops: Stops | None = None
     relaxing: tuple[int, ...] | None = eqx.field(static=True, default=None)
+    search: Search = eqx.field(static=True, default=Search())
 
     def order(self, terms: Any) -> int:
         return 2
@@ -105,7 +106,7 @@ class QuasiStatic(PlantSolver):
         return still._replace(q=self._slid(_Balance(terms, drive, t, still, jnp.zeros_like(y.q))))
 
     def _slid(self, balance: "_Balance") -> Scalar:
-        return play(forces_at, balance.begin.q, balance, self._ends)
+        return play(forces_at, balance.begin.q, balance, self._ends, self.search)
 
     def _crossed(
         self,

@@ -13,7 +13,8 @@ from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.plant import PlantState
 from muscle_bayes.physics.schedule import Segment
 from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step
-from muscle_bayes.physics.solvers.plant_solver import PlantSolver, Stops
+from muscle_bayes.physics.solvers.plant_solver import PlantSolver
+from muscle_bayes.physics.solvers.play import Stops
 
 
 class StickSlip(PlantSolver):
