@@ -1,5 +1,6 @@
 """The loop closed: sensors, law, heaters, rotor and muscles, period after period."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -17,8 +18,9 @@ from muscle_bayes.control.scenario import Course
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
+from muscle_bayes.physics.memory import Memory
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.solvers.exponential_midpoint import Memory, exponential_step
+from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step, paired, stacked
 from muscle_bayes.physics.springs import tensile_strain
 
 TRAINING_TENSION = 0.060 * 9.80665 * 0.0889 / 0.030
@@ -73,10 +75,11 @@ def _crossed(
         return materialise(advance(plant, motion, drive, step)), memory
 
     def moved(at: Motion, held: Memory, duration: float) -> Memory:
-        def rates(now: Memory) -> Memory:
+        def rates(now: Mapping[str, Any]) -> Mapping[str, Any]:
             return plant.remembering(now).memory_rates(at.q, at.speed, at.hyst, drive)
 
-        return materialise(exponential_step(rates, held, memory, jnp.asarray(duration)))
+        over = jnp.asarray(duration)
+        return materialise(stacked(exponential_step(rates, paired(held), paired(memory), over)))
 
     half = moved(motion, memory, 0.5 * step)
     after = materialise(advance(plant.remembering(half), motion, drive, step))

@@ -9,7 +9,6 @@ from jaxtyping import Array, Float, Int
 from muscle_bayes.physics.effect import MemoryEffect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.solvers.exponential_midpoint import Memory
 
 FIRST_REST, REST_RATIO, REST_STEPS = 0.1, 8.0, 8
 """Times [s] for which a state goes on at its first rate, to pass its rest at last: up to 20 days."""
@@ -18,13 +17,17 @@ REST_HALVINGS = 28
 REST_ROUNDS = 2
 """Times that the states' rests are found in turn."""
 
+Memory = dict[str, Float[Array, "2"]]
+"""States of the effects with memory on sides A and B, by name."""
+
 At = tuple[Scalar, Float[Array, "2"], Drive]
 """Coordinate, sigma_hyst of both sides, and drive."""
 
 
 def _rate_at(value: Scalar, plant: Plant, effect: MemoryEffect, side: int, at: At) -> Scalar:
     """Rate of one state where it has this value and everything else is held."""
-    states = plant.memory | {effect.name: plant.memory[effect.name].at[side].set(value)}
+    own = jnp.asarray(plant.memory[effect.name]).at[side].set(value)
+    states = {**plant.memory, effect.name: own}
     q, hyst, drive = at
     return plant.remembering(states).memory_rate(effect, side, q, jnp.zeros_like(q), hyst, drive)
 

@@ -1,6 +1,7 @@
 """The plant: one coordinate, an element on each side, a load, friction, and a tuple of effects."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import diffrax
@@ -31,7 +32,12 @@ class Drive(NamedTuple):
 
 
 Pair = tuple[Scalar, Scalar]
-"""sigma_hyst of sides A and B. Scalars, not an array: that compiles to a third of the work."""
+"""What is so on sides A and B. Scalars, not an array: that compiles to a third of the work."""
+
+
+def _like(other: Array | Pair, pair: Pair) -> Array | Pair:
+    """The pair, as an array where the other is one."""
+    return pair if isinstance(other, tuple) else jnp.stack(pair)
 
 
 class PlantState(NamedTuple):
@@ -43,7 +49,7 @@ class PlantState(NamedTuple):
     """dq/dt [rad/s or m/s]."""
     hyst: Float[Array, "2"] | Pair
     """sigma_hyst of sides A and B."""
-    memory: dict[str, Float[Array, "2"]]
+    memory: Mapping[str, Float[Array, "2"] | Pair]
     """States of the effects with memory on sides A and B, by name."""
 
 
@@ -63,7 +69,7 @@ class Plant(eqx.Module):
     load_lever: float
     stops: tuple[float, float]
     effects: tuple[Effect | TemperatureFilter, ...] = ()
-    memory: dict[str, Float[Array, "2"]] = eqx.field(default_factory=dict)
+    memory: Mapping[str, Float[Array, "2"] | Pair] = eqx.field(default_factory=dict)
     """States of the effects with memory on sides A and B, by name; empty where nothing is remembered,
     and such effects do nothing there."""
 
@@ -101,7 +107,7 @@ class Plant(eqx.Module):
         found = (effect for effect in self.effects if isinstance(effect, MemoryEffect))
         return tuple(found) if self.muscles else ()
 
-    def remembering(self, memory: dict[str, Float[Array, "2"]]) -> "Plant":
+    def remembering(self, memory: Mapping[str, Float[Array, "2"] | Pair]) -> "Plant":
         """The plant with these states of its effects with memory."""
         return dataclasses.replace(self, memory=memory)
 
@@ -184,14 +190,17 @@ class Plant(eqx.Module):
 
     def memory_rates(
         self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"] | Pair, drive: Drive
-    ) -> dict[str, Float[Array, "2"]]:
+    ) -> dict[str, Float[Array, "2"] | Pair]:
         """d state/dt of all that is remembered, of both sides [its unit per s]."""
-        state = q, speed, hyst, drive
-        return {
-            one.name: jnp.stack([self.memory_rate(one, side, *state) for side in (0, 1)])
-            for one in self.memory_effects
-            if one.name in self.memory
-        }
+        a, b = (
+            {
+                one.name: self.memory_rate(one, side, q, speed, hyst, drive)
+                for one in self.memory_effects
+                if one.name in self.memory
+            }
+            for side in (0, 1)
+        )
+        return {name: _like(self.memory[name], (a[name], b[name])) for name in a}
 
     def memory_rate(
         self,
@@ -232,7 +241,7 @@ class Plant(eqx.Module):
         return PlantState(
             y.speed,
             now.force(*state) / self._divisor(at.load),
-            hyst if isinstance(y.hyst, tuple) else jnp.stack(hyst),
+            _like(y.hyst, hyst),
             now.memory_rates(*state),
         )
 

@@ -1,5 +1,6 @@
 """What a sensor shows of a plant's motion, interval by interval: what readings are compared with."""
 
+import dataclasses
 from typing import NamedTuple
 
 import diffrax
@@ -7,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from muscle_bayes.physics.effect import TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.plant import Drive, Plant, PlantState
 from muscle_bayes.physics.refinement import FineGrid
@@ -47,6 +49,14 @@ def _sensed(plant: Plant, q: Array, states: PlantState, drives: Drive) -> Float[
     return jax.vmap(one)(q, states, drives)
 
 
+def _behind_filters(plant: Plant, schedule: Schedule) -> tuple[Plant, Schedule]:
+    """The plant without its temperature filters, and what they pass: they run once."""
+    effects = tuple(one for one in plant.effects if not isinstance(one, TemperatureFilter))
+    return dataclasses.replace(plant, effects=effects), filtered(
+        schedule, plant.temperature_filters
+    )
+
+
 def _after_each(states: PlantState) -> PlantState:
     """States at the ends of the intervals."""
     return jax.tree.map(lambda leaf: leaf[1:], states)
@@ -56,14 +66,14 @@ def quasi_static_response(
     plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]
 ) -> Response:
     """Response without inertia, from rest at q [rad or m] with HYST strains `hyst`."""
-    states, solved = _solve(
-        plant, schedule, initial_state(plant, schedule, q, 0.0, hyst), QuasiStatic()
-    )
+    plant, schedule = _behind_filters(plant, schedule)
+    state = initial_state(plant, schedule, q, 0.0, hyst)
+    states, solved = _solve(plant, schedule, state, QuasiStatic())
     begin, ends = states.q[:-1], _after_each(states)
     duration = jnp.diff(schedule.time)
     lasts = duration > 0.0
     middle = jnp.where(lasts, ends.q - 0.5 * duration * ends.speed, ends.q)
-    heat = filtered(schedule, plant.temperature_filters).temperature
+    heat = schedule.temperature
     drives = Drive(0.5 * (heat[1:] + heat[:-1]), schedule.load, schedule.applied)
     sensed = _sensed(plant, middle, ends, drives)
     averaged = _sensed(plant, 0.25 * (begin + 2.0 * middle + ends.q), ends, drives)
@@ -76,24 +86,24 @@ def inertial_response(
     plant: Plant, schedule: Schedule, q: Scalar, speed: Scalar, hyst: Float[Array, "2"]
 ) -> Response:
     """Response with full inertia from q [rad or m], speed [rad/s or m/s] and HYST strains `hyst`."""
+    plant, schedule = _behind_filters(plant, schedule)
     return _inertial(plant, schedule, initial_state(plant, schedule, q, speed, hyst))
 
 
 def _inertial(plant: Plant, schedule: Schedule, state: PlantState) -> Response:
     states, solved = _solve(plant, schedule, state, StickSlip())
     ends = _after_each(states)
-    heat = filtered(schedule, plant.temperature_filters).temperature[1:]
-    sensed = _sensed(plant, ends.q, ends, Drive(heat, schedule.load, schedule.applied))
+    drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
+    sensed = _sensed(plant, ends.q, ends, drives)
     finite = solved & jnp.isfinite(sensed).all()
     return Response(sensed, sensed, ends.hyst, ends.speed, finite)
 
 
 def refined_response(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
     """What `quasi_static_response` says of the grid's former intervals, with full inertia."""
-    schedule = filtered(grid.schedule, plant.temperature_filters)
-    state = initial_state(plant, grid.schedule, q, 0.0, hyst)
-    state = at_rest(plant, grid.schedule, state)
-    whole = _inertial(plant, grid.schedule, state)
+    plant, schedule = _behind_filters(plant, grid.schedule)
+    state = at_rest(plant, schedule, initial_state(plant, schedule, q, 0.0, hyst))
+    whole = _inertial(plant, schedule, state)
     start = plant.remembering(state.memory).sensed(state.q, hyst, schedule.first)
     ends = jnp.concatenate([start[None], whole.sensed])
     steps = jnp.diff(schedule.time)

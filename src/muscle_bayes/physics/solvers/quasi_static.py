@@ -1,7 +1,7 @@
 """The limit of vanishing inertia: dry friction as a play operator, HYST by an L-stable step."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Self
 
 import diffrax
@@ -14,7 +14,12 @@ from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.plant import Pair, Plant, PlantState
 from muscle_bayes.physics.schedule import Segment
-from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step
+from muscle_bayes.physics.solvers.exponential_midpoint import (
+    Memory,
+    exponential_step,
+    paired,
+    stacked,
+)
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
 from muscle_bayes.physics.solvers.play import Forces, Search, Stops, play, stopped
 
@@ -76,14 +81,15 @@ class QuasiStatic(PlantSolver):
     ) -> PlantState:
         t0, duration = drive.t0, drive.t1 - drive.t0
         half, middle = 0.5 * duration, 0.5 * (drive.t0 + drive.t1)
-        begin = y._replace(speed=jnp.zeros_like(y.q), hyst=(y.hyst[0], y.hyst[1]))
-        smooth = terms.terms[0].vf
+        origin, smooth = paired(y.memory), terms.terms[0].vf
+        still, hyst = jnp.zeros_like(y.q), (y.hyst[0], y.hyst[1])
+        begin = y._replace(speed=still, hyst=hyst, memory=origin)
 
-        def moved(t: Scalar, at: PlantState, over: Scalar) -> dict[str, Array]:
-            def rates(memory: dict[str, Array]) -> dict[str, Array]:
+        def moved(t: Scalar, at: PlantState, over: Scalar) -> Memory:
+            def rates(memory: Memory) -> Mapping[str, Array | Pair]:
                 return smooth(t, at._replace(memory=memory), drive).memory
 
-            return materialise(exponential_step(rates, at.memory, y.memory, over))
+            return materialise(exponential_step(rates, at.memory, origin, over, self._sides))
 
         if y.memory:
             begin = begin._replace(memory=moved(t0, begin, half))
@@ -95,7 +101,7 @@ class QuasiStatic(PlantSolver):
         end = self._slid(_Balance(terms, drive, drive.t1, there, half))
         lasts = duration > 0.0
         speed = jnp.where(lasts, (end - there.q) / jnp.where(lasts, half, 1.0), 0.0)
-        arrived = PlantState(end, speed, jnp.stack(there.hyst), there.memory)
+        arrived = PlantState(end, speed, jnp.stack(there.hyst), stacked(there.memory))
         return jax.tree.map(lambda a, b: jnp.where(lasts | first, a, b), arrived, y)
 
     def rest(

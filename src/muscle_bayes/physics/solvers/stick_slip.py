@@ -1,5 +1,6 @@
 """Full inertia, dry friction that really sticks, reversals located inside the step."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import diffrax
@@ -10,9 +11,14 @@ from jaxtyping import Array, Bool
 
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
-from muscle_bayes.physics.plant import PlantState
+from muscle_bayes.physics.plant import Pair, PlantState
 from muscle_bayes.physics.schedule import Segment
-from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step
+from muscle_bayes.physics.solvers.exponential_midpoint import (
+    Memory,
+    exponential_step,
+    paired,
+    stacked,
+)
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
 from muscle_bayes.physics.solvers.play import Stops
 
@@ -44,17 +50,19 @@ class StickSlip(PlantSolver):
         if not y.memory:
             return self._crossed(terms, drive, y)
         smooth, duration = terms.terms[0].vf, drive.t1 - drive.t0
+        begin = y._replace(memory=paired(y.memory))
 
-        def moved(t: Scalar, at: PlantState, over: Scalar) -> dict[str, Array]:
-            def rates(memory: dict[str, Array]) -> dict[str, Array]:
+        def moved(t: Scalar, at: PlantState, over: Scalar) -> Memory:
+            def rates(memory: Memory) -> Mapping[str, Array | Pair]:
                 return smooth(t, at._replace(memory=memory), drive).memory
 
-            return materialise(exponential_step(rates, at.memory, y.memory, over))
+            return materialise(exponential_step(rates, at.memory, begin.memory, over))
 
-        half = y._replace(memory=moved(drive.t0, y, 0.5 * duration))
+        half = begin._replace(memory=moved(drive.t0, begin, 0.5 * duration))
         end = materialise(self._crossed(terms, drive, half))
         middle = jax.tree.map(lambda a, b: 0.5 * (a + b), half, end)
-        return end._replace(memory=moved(0.5 * (drive.t0 + drive.t1), middle, duration))
+        memory = moved(0.5 * (drive.t0 + drive.t1), middle, duration)
+        return end._replace(memory=stacked(memory))
 
     def _crossed(self, terms: diffrax.MultiTerm, drive: Segment, y: PlantState) -> PlantState:
         """The state at the drive's end, memory being held."""
