@@ -39,7 +39,7 @@ class QuasiStatic(PlantSolver):
     new load from the old coordinate. What leaving inertia out changes is to be checked against
     `StickSlip`.
 
-    `relaxing`: sides whose sigma_hyst moves; None: those with a muscle, of the plant that `simulate`
+    `stops`: endstops, `relaxing`: sides whose sigma_hyst moves; None: those of the plant that `simulate`
     is given. `search`: how rests are searched for.
     """
 
@@ -51,12 +51,11 @@ class QuasiStatic(PlantSolver):
         return 2
 
     def for_plant(self, plant: Plant) -> Self:
-        solver = super().for_plant(plant)
-        return (
-            solver
-            if self.relaxing is not None
-            else dataclasses.replace(solver, relaxing=tuple(plant.muscles))
-        )
+        solver, sides = super().for_plant(plant), (plant.side_a, plant.side_b)
+        if self.relaxing is not None:
+            return solver
+        relaxing = tuple(place for place, side in enumerate(sides) if side.relaxes)
+        return dataclasses.replace(solver, relaxing=relaxing)
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
         if self.stops is None or self.relaxing is None:

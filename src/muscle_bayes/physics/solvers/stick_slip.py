@@ -34,6 +34,7 @@ class StickSlip(PlantSolver):
     is not seen: steps should be no longer than a twentieth of the rotor's period. States of effects
     with memory move by the exponential midpoint rule, second order.
 
+    `stops`: endstops; None: those of the plant that `simulate` is given, or none without it.
     `newton_steps`: of the search for the reversal, from a regula-falsi start; more than 6 change
     nothing in double precision.
     """
