@@ -17,10 +17,7 @@ from muscle_bayes.inference.lane_model import (
 )
 from muscle_bayes.inference.muscle_prior import first_hyst
 from muscle_bayes.inference.problem import Data, Lanes, Layout
-from muscle_bayes.physics.breakaway import dry_levels
-from muscle_bayes.physics.overshoot import overshoot
-from muscle_bayes.physics.plant import Drive
-from muscle_bayes.physics.slide import settle
+from muscle_bayes.physics.simulation import at_rest, initial_state
 
 
 def means(values: Any) -> Any:
@@ -44,15 +41,9 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
 
     def one(lane: Lanes, q: Array, hyst: Array) -> Array:
         plant = plant_of(lane.plant, physical, layout)
-        schedule = lane.schedule
-        drive = Drive(schedule.temperature[0], schedule.load[0], schedule.applied[0])
-        both = jnp.repeat(hyst, 2)
-        # That of heating: competitors take one for both ways, which differ by little here.
-        ahead = overshoot(plant, q, both, drive)[0]
-        still = jnp.zeros_like(q)
-        levels = dry_levels(plant, q, both, drive, still)
-        q = settle(plant, q, both, drive, still, levels)
-        return jnp.concatenate([shared, jnp.stack([q, hyst, ahead])])
+        state = initial_state(plant, lane.schedule, q, 0.0, hyst)
+        q = at_rest(plant, lane.schedule, state).q
+        return jnp.concatenate([shared, jnp.stack([q, hyst])])
 
     return jax.vmap(one)(lanes, start, first)
 

@@ -13,8 +13,8 @@ MAX_RHAT, MIN_ESS = 1.01, 400.0
 LARGEST_RHAT = 1.05
 """Above it the effective sample size of draws means nothing but that it is no larger."""
 HARDLY_KNOWN = "J", "D"
-"""The fixture's parameters, which spring runs are made to tell: slow runs show J by overshoot alone, and
-its posterior reaches along the prior's tail. How well they are drawn is told apart."""
+"""The fixture's parameters, which spring runs are made to tell: quasi-static runs do not show J, and
+its posterior is the prior. How well they are drawn is told apart."""
 FEWEST = 4
 """Draws below which arviz finds no effective sample size."""
 

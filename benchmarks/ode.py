@@ -1,4 +1,6 @@
-"""Slow motion as an ordinary differential equation, for solvers that know no dry friction."""
+"""Quasi-static motion as an ordinary differential equation, in numbers and symbols of other packages.
+
+What is solved by JAX takes `Plant.overdamped_terms` instead; a test holds both together."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -21,7 +23,7 @@ def damping_for(error: float) -> float:
 
 
 class Operations(Protocol):
-    """The functions of numbers that the equations need, of floats, traced arrays or symbols."""
+    """The functions of numbers that the equations need, of floats or symbols."""
 
     def sin(self, x: Any, /) -> Any: ...
     def cos(self, x: Any, /) -> Any: ...
@@ -45,7 +47,6 @@ class Inputs(NamedTuple):
     T_hyst_offset: Any
     q: Any
     hyst: Any
-    ahead: Any
 
 
 def _tensile(op: Operations, strain: Any, stiffness: Any, minimum: Any) -> Any:

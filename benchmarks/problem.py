@@ -17,14 +17,15 @@ from muscle_bayes.inference.problem import Lanes, Problem, pose
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.schedule import Schedule
 from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[1] / "data"
 STAIRCASES = ("staircase-139g", "staircase-166g", "staircase-212g")
 MUSCLE = tuple(MuscleParameters.__annotations__)
-INPUTS = ("D", *MUSCLE, "q", "hyst", "ahead")
-"""What a lane's ODE depends on: dry friction [N m], Table 2, the first coordinate at rest [rad], the
-first sigma_hyst, and by how many s^2 of its braking temperature is ahead (`physics.overshoot`)."""
+INPUTS = ("D", *MUSCLE, "q", "hyst")
+"""What a lane's ODE depends on: dry friction [N m], Table 2, the first coordinate at rest [rad] and the
+first sigma_hyst."""
 
 MODERATE_NOISE = {"noise": 0.5, "discrepancy": 1.0, "correlation_time": 20.0}
 """Noise parameters of the reference point [counts, counts, s]: with smaller ones the log density
@@ -32,14 +33,12 @@ would turn errors of hundredths of a count into large differences."""
 
 
 class Course(NamedTuple):
-    """Temperature of one lane: base + ahead * lead, linear between nodes and middles of intervals."""
+    """Temperature of one lane, linear between nodes and middles of intervals."""
 
     time: Float[np.ndarray, " instant"]
     """Nodes and middles by turns, 2 intervals + 1 of them [s]."""
-    base: Float[np.ndarray, " instant"]
+    heat: Float[np.ndarray, " instant"]
     """Heater temperature [C]."""
-    lead: Float[np.ndarray, " instant"]
-    """Braking [C/s^2]."""
 
 
 class Lane(NamedTuple):
@@ -68,21 +67,20 @@ def posed(names: tuple[str, ...] = STAIRCASES) -> Problem:
     return pose(read_runs([DATA / f"{name}.csv" for name in names]), "coulomb")
 
 
-def _course(schedule) -> Course:
-    """The course that our steps see: node values at their ends, parabola's tops in their middles."""
+def _course(schedule: Schedule) -> Course:
+    """The course at the schedule's nodes and in the middles of its intervals, without padding."""
     real = np.flatnonzero(np.diff(schedule.time) > 0.0)
     nodes = np.r_[real, real[-1] + 1]
     time = np.asarray(schedule.time)[nodes]
-    heat, slowing = (np.asarray(x)[nodes, 0] for x in (schedule.temperature, schedule.braking))
+    heat = np.asarray(schedule.temperature)[nodes, 0]
 
-    def woven(values: np.ndarray, bulge: np.ndarray | float = 0.0) -> np.ndarray:
+    def woven(values: np.ndarray) -> np.ndarray:
         result = np.empty(2 * values.size - 1)
         result[::2] = values
-        result[1::2] = 0.5 * (values[1:] + values[:-1]) + bulge
+        result[1::2] = 0.5 * (values[1:] + values[:-1])
         return result
 
-    bulge = 0.5 * (slowing[1:] + slowing[:-1]) * np.diff(time) ** 2 / 8.0
-    return Course(woven(time), woven(heat, bulge), woven(slowing))
+    return Course(woven(time), woven(heat))
 
 
 def _lane(lanes: Lanes, index: int) -> Lane:
@@ -125,7 +123,7 @@ def _prolonged(course: Course, intervals: int) -> Course:
     missing = 2 * intervals + 1 - course.time.size
     step = course.time[-1] - course.time[-2]
     time = np.append(course.time, course.time[-1] + step * np.arange(1, missing + 1))
-    return Course(time, *(np.pad(values, (0, missing), mode="edge") for values in course[1:]))
+    return Course(time, np.pad(course.heat, (0, missing), mode="edge"))
 
 
 def _prior_side(table: dict[str, float], data) -> dict[str, Array]:

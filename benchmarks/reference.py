@@ -21,8 +21,7 @@ def refined(course: Course, times: int) -> Course:
     steps = np.arange(2 * times) / (2 * times)
     inner = nodes[:-1, None] + np.diff(nodes)[:, None] * steps
     fine = np.append(inner.ravel(), nodes[-1])
-    base, lead = (np.interp(fine, course.time, values) for values in course[1:])
-    return Course(fine, base, lead)
+    return Course(fine, np.interp(fine, course.time, course.heat))
 
 
 def reference(problem: Problem, vector: Float[np.ndarray, " n"]) -> Coordinates:

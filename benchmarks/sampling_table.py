@@ -218,7 +218,7 @@ def section(results: dict[str, Any]) -> str:
         "",
         "ESS is arviz's bulk effective sample size of the worst quantity, R-hat the greatest. Those of "
         f"{' and '.join(results['hardly_known'])} are told with all only:",
-        "spring runs are made to tell these two, slow runs show J by overshoot alone. Where R-hat exceeds "
+        "spring runs are made to tell these two, quasi-static runs do not show J. Where R-hat exceeds "
         f"{results['largest_rhat']:g} the draws tell no more than a bound.",
         "Evaluations are of gradients; ours, emcee's and PINTS's of values. They include warm-up.",
         "",

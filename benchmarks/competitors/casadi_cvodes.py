@@ -32,18 +32,13 @@ def _integrator(lane: Lane, typical: np.ndarray, damping: float, tolerance: floa
     lines enter as controls that are constant from one instant of the course to the next, which is
     several times quicker than an interpolant in the equations.
     """
-    time, base, lead = lane.course
-    duration = np.diff(time)
-    lines = np.stack(
-        [base[:-1], np.diff(base) / duration, lead[:-1], np.diff(lead) / duration, time[:-1]]
-    )
+    time, heat = lane.course
+    lines = np.stack([heat[:-1], np.diff(heat) / np.diff(time), time[:-1]])
     q, hyst, t = (casadi.SX.sym(name) for name in ("q", "hyst", "t"))
-    line, shared = casadi.SX.sym("line", 5), casadi.SX.sym("shared", 11)
-    since = t - line[4]
+    line, shared = casadi.SX.sym("line", 3), casadi.SX.sym("shared", 10)
     constants = [shared[i] * typical[i] for i in range(10)]
-    ahead = shared[10] * typical[12]
-    temperature = line[0] + line[1] * since + ahead * (line[2] + line[3] * since)
-    p = Inputs._make([*constants, q, hyst, ahead])
+    temperature = line[0] + line[1] * (t - line[2])
+    p = Inputs._make([*constants, q, hyst])
     right = casadi.vertcat(*rates(Symbols, lane, p, q, hyst, temperature, damping))
     dae = {"x": casadi.vertcat(q, hyst), "p": shared, "u": line, "t": t, "ode": right}
     options = {
@@ -60,7 +55,7 @@ def _integrator(lane: Lane, typical: np.ndarray, damping: float, tolerance: floa
     solver = casadi.integrator("lane", "cvodes", dae, float(time[0]), time[1:].tolist(), options)
     inputs = casadi.MX.sym("inputs", len(Inputs._fields))
     start = inputs[10:12] * casadi.DM(typical[10:12])
-    states = solver(x0=start, p=casadi.vertcat(inputs[:10], inputs[12]), u=lines)["xf"]
+    states = solver(x0=start, p=inputs[:10], u=lines)["xf"]
     return casadi.Function("coordinates", [inputs], [casadi.horzcat(start[0], states[0, :]).T])
 
 

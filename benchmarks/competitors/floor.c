@@ -1,12 +1,12 @@
 /* Slow motion of one rotor pulled by one muscle, with forward sensitivities: the algorithm of
- * muscle_bayes.physics.quasistatic (play operator, ROS2 along the sliding path, play operator), its
+ * muscle_bayes.physics.solvers.quasi_static (play operator, ROS2 along the sliding path, play operator), its
  * derivatives written out by hand. Units: rad, N m, N, N/m, s, degrees C. */
 
 #include <math.h>
 
 #define WIDTH 16 /* inputs, padded so that loops over them fill vector registers */
-enum { D, A, B, C, F_HYST, K_HYST, F_MODULUS, K_MODULUS, H, T_HYST, Q0, HYST0, AHEAD };
-#define INPUTS 13
+enum { D, A, B, C, F_HYST, K_HYST, F_MODULUS, K_MODULUS, H, T_HYST, Q0, HYST0 };
+#define INPUTS 12
 #define EPS 1e-3
 #define FLOOR 100.0
 #define GAMMA (1.0 - 0.70710678118654752440)
@@ -20,7 +20,7 @@ typedef struct {
 
 /* Temperature at an instant, and what the muscle makes of it. */
 typedef struct {
-    double effective, offset, bend, damper, lead;
+    double effective, offset, damper;
     int floored;
 } heat;
 
@@ -35,17 +35,15 @@ typedef struct {
     spring modulus;
 } state;
 
-static heat heat_at(const rig *r, const double *p, double base, double lead)
+static heat heat_at(const rig *r, const double *p, double heater)
 {
     heat t;
-    t.effective = r->room + r->heated * (base + p[AHEAD] * lead - r->room);
+    t.effective = r->room + r->heated * (heater - r->room);
     t.offset = (p[A] * t.effective + p[B]) * t.effective + p[C];
-    t.bend = 2.0 * p[A] * t.effective + p[B];
     t.damper = p[H] * (t.effective + p[T_HYST]);
     t.floored = t.damper < FLOOR;
     if (t.floored)
         t.damper = FLOOR;
-    t.lead = r->heated * lead;
     return t;
 }
 
@@ -79,7 +77,7 @@ static state state_at(const rig *r, const double *p, double q, double hyst, heat
     return x;
 }
 
-/* Where the rotor comes to rest (muscle_bayes.physics.equilibrium.play). direction 0: it stuck, 2: it
+/* Where the rotor comes to rest (muscle_bayes.physics.solvers.play). direction 0: it stuck, 2: it
  * lies at a stop. */
 static double play(const rig *r, const double *p, double q, double hyst, heat t, int *direction)
 {
@@ -138,7 +136,6 @@ static void modulus_along(const rig *r, const state *x, heat t, const double *dq
     df[A] -= slope * t.effective * t.effective;
     df[B] -= slope * t.effective;
     df[C] -= slope;
-    df[AHEAD] -= slope * t.bend * t.lead;
     df[K_MODULUS] += x->modulus.force_k;
     df[F_MODULUS] += x->modulus.force_m;
 }
@@ -180,7 +177,6 @@ static void relax(const rig *r, const double *p, double q, double hyst, heat t, 
     g->drate[F_HYST] -= scale * h.force_m;
     g->drate[H] -= g->rate * by_damper * db_h;
     g->drate[T_HYST] -= g->rate * by_damper * db_t;
-    g->drate[AHEAD] -= g->rate * by_damper * db_t * t.lead;
     if (!with_column)
         return;
     double stretch = x.lever / r->base_length * along - 1.0;
@@ -194,11 +190,10 @@ static void relax(const rig *r, const double *p, double q, double hyst, heat t, 
     g->dcolumn[F_HYST] -= scale * h.slope_m;
     g->dcolumn[H] -= g->column * by_damper * db_h;
     g->dcolumn[T_HYST] -= g->column * by_damper * db_t;
-    g->dcolumn[AHEAD] -= g->column * by_damper * db_t * t.lead;
 }
 
 /* The rotor's path while HYST moves: q becomes its start, the result is its slope, both with
- * derivatives (muscle_bayes.physics.quasistatic._path). */
+ * derivatives (QuasiStatic._path). */
 static double path(const rig *r, const double *p, double *q, double hyst, heat t, double duration,
                    double *dq, const double *ds, double *dalong)
 {
@@ -251,9 +246,9 @@ static void written(double q, const double *dq, double **coordinate, double **ja
 }
 
 /* Coordinates [rad] at nodes and middles of `intervals` intervals and their derivatives in the inputs.
- * time, base, lead: nodes and middles by turns, 2 intervals + 1 of each. */
-void staircase(const rig *r, const double *inputs, int intervals, const double *time, const double *base,
-               const double *lead, double *coordinate, double *jacobian)
+ * time, heater [C]: nodes and middles by turns, 2 intervals + 1 of each. */
+void staircase(const rig *r, const double *inputs, int intervals, const double *time,
+               const double *heater, double *coordinate, double *jacobian)
 {
     const double *p = inputs;
     double q = p[Q0], hyst = p[HYST0];
@@ -263,8 +258,8 @@ void staircase(const rig *r, const double *inputs, int intervals, const double *
     written(q, dq, &coordinate, &jacobian);
     for (int n = 0; n < intervals; n++) {
         double h = time[2 * n + 2] - time[2 * n];
-        heat half = heat_at(r, p, base[2 * n + 1], lead[2 * n + 1]);
-        heat end = heat_at(r, p, base[2 * n + 2], lead[2 * n + 2]);
+        heat half = heat_at(r, p, heater[2 * n + 1]);
+        heat end = heat_at(r, p, heater[2 * n + 2]);
         double along = path(r, p, &q, hyst, half, 0.5 * h, dq, ds, dalong);
 
         relax(r, p, q, hyst, half, along, dq, ds, dalong, 1, &now);

@@ -1,7 +1,7 @@
-"""diffrax as it is generally used: an adaptive implicit solver on the stiff ODE."""
+"""diffrax as it is generally used: an adaptive implicit solver on the plant's overdamped terms."""
 
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import diffrax
 import jax
@@ -11,10 +11,15 @@ from jaxtyping import Array, Float
 
 from benchmarks.competitors.protocol import Competitor, Coordinates, Gradient
 from benchmarks.density import lane_inputs, log_posterior, means, value_and_gradient
-from benchmarks.ode import Inputs, rates
-from benchmarks.problem import Lane, lanes_of
+from benchmarks.problem import lanes_of
 from muscle_bayes.inference.density import constrain
 from muscle_bayes.inference.problem import Data, Layout, Problem
+from muscle_bayes.inference.rig import with_parameters
+from muscle_bayes.physics.friction import CoulombFriction
+from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.schedule import Schedule
+from muscle_bayes.physics.simulation import initial_state
 
 LONGEST_STEP = 4.0
 """Lest a step over a resting rotor miss the next heating [s]: the schedule's longest interval."""
@@ -24,41 +29,46 @@ type Settings = tuple[float, float]
 """Damping c [N m s/rad] and relative and absolute tolerance."""
 
 
-class Traced:
-    """`ode.Operations` on traced arrays."""
+class Rig(NamedTuple):
+    """A lane: its plant, parameters unknown, and the drive at its course's instants."""
 
-    sin, cos, sqrt = staticmethod(jnp.sin), staticmethod(jnp.cos), staticmethod(jnp.sqrt)
-    fmax, fmin = staticmethod(jnp.maximum), staticmethod(jnp.minimum)
+    plant: Plant
+    drive: Schedule
 
 
-def _field(t: Array, state: tuple[Array, Array], args: Any) -> tuple[Array, Array]:
-    lane, inputs, damping = args
-    course = lane.course
-    base, lead = (
-        diffrax.LinearInterpolation(course.time, values).evaluate(t)
-        for values in (course.base, course.lead)
-    )
-    p = Inputs(*inputs)
-    return rates(Traced, lane, p, *state, base + p.ahead * lead, damping)
+def _rigs(problem: Problem) -> Rig:
+    """All lanes, stacked."""
+    (lanes,) = problem.data.lanes
+    rigs = []
+    for index, lane in enumerate(lanes_of(problem)):
+        plant, load = jax.tree.map(
+            lambda leaf, index=index: leaf[index], (lanes.plant, lanes.schedule.load[:, 0])
+        )
+        rigs.append(Rig(plant, Schedule.sampled(lane.course.time, lane.course.heat, load)))
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *rigs)
 
 
 def _solve(
     inputs: Float[Array, " input"],
-    lane: Lane,
+    rig: Rig,
     settings: Settings,
     adjoint: diffrax.AbstractAdjoint,
 ) -> Float[Array, " interval"]:
     """Mean coordinates of one lane's intervals [rad]."""
     damping, tolerance = settings
+    dry, *table, q, hyst = inputs
+    # The balance of an overdamped rotor does not depend on its inertia.
+    friction, muscle = CoulombFriction(dry), MuscleParameters(*table)
+    plant = with_parameters(rig.plant, jnp.ones(()), friction, muscle)
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(_field),
+        plant.overdamped_terms(damping),
         diffrax.Kvaerno5(),
-        lane.course.time[0],
-        lane.course.time[-1],
+        rig.drive.t0,
+        rig.drive.t1,
         0.1,
-        (inputs[-3], inputs[-2]),
-        (lane, inputs, damping),
-        saveat=diffrax.SaveAt(ts=lane.course.time),
+        initial_state(plant, rig.drive, q, 0.0, hyst),
+        rig.drive,
+        saveat=diffrax.SaveAt(ts=rig.drive.time),
         stepsize_controller=diffrax.PIDController(
             rtol=tolerance, atol=tolerance, dtmax=LONGEST_STEP
         ),
@@ -69,43 +79,41 @@ def _solve(
     if solution.ys is None:
         raise ValueError("nothing was saved")
     found = solution.result == diffrax.RESULTS.successful
-    return jnp.where(found, means(solution.ys[0]), jnp.nan)
+    return jnp.where(found, means(solution.ys.q), jnp.nan)
 
 
-# Lanes are solved one after the other: side by side all would wait for the slowest at every step.
-
-
-@partial(jax.jit, static_argnames="layout")
-def _coordinates(
-    vector: Array, lanes: Lane, settings: Settings, layout: Layout, data: Data
-) -> Array:
-    inputs = lane_inputs(constrain(vector, layout, data), layout, data)
-    solve = partial(_solve, settings=settings, adjoint=diffrax.ForwardMode())
-    return jax.lax.map(lambda pair: solve(*pair), (inputs, lanes))
+# Rigs are solved one after the other: side by side all would wait for the slowest at every step.
 
 
 @partial(jax.jit, static_argnames="layout")
-def _forward(vector: Array, lanes: Lane, settings: Settings, layout: Layout, data: Data) -> Any:
+def _coordinates(vector: Array, rigs: Rig, settings: Settings, layout: Layout, data: Data) -> Array:
+    inputs = lane_inputs(constrain(vector, layout, data), layout, data)
+    solve = partial(_solve, settings=settings, adjoint=diffrax.ForwardMode())
+    return jax.lax.map(lambda pair: solve(*pair), (inputs, rigs))
+
+
+@partial(jax.jit, static_argnames="layout")
+def _forward(vector: Array, rigs: Rig, settings: Settings, layout: Layout, data: Data) -> Any:
     inputs = lane_inputs(constrain(vector, layout, data), layout, data)
     solve = partial(_solve, settings=settings, adjoint=diffrax.ForwardMode())
 
-    def one(pair: tuple[Array, Lane]) -> tuple[Array, Array]:
+    def one(pair: tuple[Array, Rig]) -> tuple[Array, Array]:
         def along(direction: Array) -> tuple[Array, Array]:
             return jax.jvp(lambda x: solve(x, pair[1]), pair[:1], (direction,))
 
         return jax.vmap(along, out_axes=(None, 1))(jnp.eye(inputs.shape[1]))
 
-    q, jacobian = jax.lax.map(one, (inputs, lanes))
+    q, jacobian = jax.lax.map(one, (inputs, rigs))
     return value_and_gradient(vector, q, jacobian, layout, data)
 
 
 @partial(jax.jit, static_argnames="layout")
-def _reverse(vector: Array, lanes: Lane, settings: Settings, layout: Layout, data: Data) -> Any:
+def _reverse(vector: Array, rigs: Rig, settings: Settings, layout: Layout, data: Data) -> Any:
     solve = partial(_solve, settings=settings, adjoint=diffrax.RecursiveCheckpointAdjoint())
 
     def density(vector: Array) -> Array:
         inputs = lane_inputs(constrain(vector, layout, data), layout, data)
-        q = jax.lax.map(lambda pair: solve(*pair), (inputs, lanes))
+        q = jax.lax.map(lambda pair: solve(*pair), (inputs, rigs))
         return log_posterior(vector, q, layout, data)
 
     return jax.value_and_grad(density)(vector)
@@ -121,26 +129,26 @@ class GenericDiffrax(Competitor):
         super().__init__(problem)
         self.settings = f"tolerance {tolerance:.0e}, c = {damping:.1e}"
         self._accuracy = damping, tolerance
-        self._lanes: Lane = jax.tree.map(lambda *leaves: jnp.stack(leaves), *lanes_of(problem))
+        self._rigs = _rigs(problem)
 
     @property
     def arrays(self) -> tuple[Any, ...]:
         """What `traced` needs besides the vector."""
-        return self._lanes, self._accuracy, self.problem.data
+        return self._rigs, self._accuracy, self.problem.data
 
     def traced(
-        self, vector: Float[Array, " n"], lanes: Lane, accuracy: Settings, data: Data
+        self, vector: Float[Array, " n"], rigs: Rig, accuracy: Settings, data: Data
     ) -> tuple[Float[Array, ""], Float[Array, " n"]]:
         """Log posterior and its gradient within a larger program."""
-        return self._gradient(vector, lanes, accuracy, self.problem.layout, data)
+        return self._gradient(vector, rigs, accuracy, self.problem.layout, data)
 
     def coordinates(self, vector: Float[np.ndarray, " n"]) -> Coordinates:
         layout, data = self.problem.layout, self.problem.data
-        return np.asarray(_coordinates(vector, self._lanes, self._accuracy, layout, data))
+        return np.asarray(_coordinates(vector, self._rigs, self._accuracy, layout, data))
 
     def __call__(self, vector: Float[np.ndarray, " n"]) -> Gradient:
         layout, data = self.problem.layout, self.problem.data
-        value, gradient = self._gradient(vector, self._lanes, self._accuracy, layout, data)
+        value, gradient = self._gradient(vector, self._rigs, self._accuracy, layout, data)
         return float(value), np.asarray(gradient)
 
 

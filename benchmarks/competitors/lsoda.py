@@ -43,7 +43,7 @@ class Lsoda(Simulator):
     def solve(self, lane: Lane, inputs: Float[np.ndarray, " input"]) -> np.ndarray:
         p = Inputs(*inputs.tolist())
         time = lane.course.time.tolist()
-        temperature = (lane.course.base + p.ahead * lane.course.lead).tolist()
+        temperature = lane.course.heat.tolist()
         last = len(time) - 2
 
         def field(t: float, state: np.ndarray) -> tuple[float, float]:

@@ -84,12 +84,12 @@ functions {
     return q;
   }
 
-  // d(q, sigma_hyst)/dt. `relative`: p and the overshoot in typical units, without which sensitivities to
-  // parameters of very different size would be asked for the same absolute accuracy. Temperature is
-  // base + overshoot * lead, linear between the course's instants.
+  // d(q, sigma_hyst)/dt. `relative`: p in typical units, without which sensitivities to parameters of very
+  // different size would be asked for the same absolute accuracy. The heater's temperature is linear
+  // between the course's instants.
   vector rates(real t, vector state, vector relative, data vector typical, data vector rig,
                data real eps, data real damping, data real damper_floor, data array[] real time,
-               data array[] real base, data array[] real lead) {
+               data array[] real heater) {
     int low = 1;
     int high = size(time);
     while (high - low > 1) {
@@ -101,10 +101,8 @@ functions {
       }
     }
     real share = (t - time[low]) / (time[high] - time[low]);
-    vector[11] p = relative .* typical;
-    real heater = base[low] + share * (base[high] - base[low])
-                  + p[11] * (lead[low] + share * (lead[high] - lead[low]));
-    real heat = effective(heater, rig);
+    vector[10] p = relative .* typical;
+    real heat = effective(heater[low] + share * (heater[high] - heater[low]), rig);
     vector[2] pin = pins(state[1], rig);
     real tension = tensile(modulus_strain(pin[1], state[2], heat, p, rig), rig[4] * p[8], p[7], eps);
     real held = tensile(state[2], rig[4] * p[6], p[5], eps);
@@ -147,14 +145,12 @@ data {
   int<lower=1> lanes;
   array[lanes] int<lower=1> intervals;
   array[sum(intervals) * 2 + lanes] real time; // of each lane, one after the other: 2 intervals + 1
-  array[sum(intervals) * 2 + lanes] real base;
-  array[sum(intervals) * 2 + lanes] real lead;
+  array[sum(intervals) * 2 + lanes] real heater;
   vector[sum(intervals)] reading;
   vector[sum(intervals)] gap; // to the reading before
   vector[sum(intervals)] weight;
   vector[sum(intervals)] coarse;
   array[lanes] vector[9] rig; // radius, anchor x and y, base length, heated share, room, load, stops
-  vector[lanes] carried; // inertia of the load
   vector[lanes] scale; // rad per count
   vector[lanes] quantum;
   vector[lanes] first; // reading at which each run begins
@@ -163,12 +159,10 @@ data {
   real at_rest;
   real cold;
   real hot;
-  real free_lead;
-  real longest_swing;
   real tension; // to which taut_strain refers
   real damping; // c of the overdamped rotor
   real tolerance;
-  vector[11] typical;
+  vector[10] typical;
   int<lower=1> size_z;
   vector[size_z] mode;
   matrix[size_z, size_z] factor;
@@ -181,7 +175,6 @@ parameters {
 }
 model {
   vector[size_z] u = mode + factor * z;
-  real J = exp(u[1]);
   real D = exp(u[2]);
   real taut_strain = u[3];
   real contraction = exp(u[4]);
@@ -229,15 +222,12 @@ model {
     int begun = 2 * done + lane;
     array[2 * n + 1] int instants = linspaced_int_array(2 * n + 1, begun, begun + 2 * n);
     real shown = scale[lane] * (first[lane] - zero[lane]);
-    real heat = effective(base[begun], rig[lane]);
-    real inertia = J + carried[lane];
-    real held = torque(shown, hyst[lane], heat, p, rig[lane], eps)[2];
-    real ahead = free_lead * inertia / fmax(held, inertia / longest_swing);
+    real heat = effective(heater[begun], rig[lane]);
     vector[2] begin = [rest(shown, hyst[lane], heat, p, rig[lane], eps), hyst[lane]]';
     array[2 * n] vector[2] states
       = ode_bdf_tol(rates, begin, time[begun], time[instants[2 : ]], tolerance, tolerance, 1000000,
-                    append_row(p, ahead) ./ typical, typical, rig[lane], eps, damping, damper_floor,
-                    time[instants], base[instants], lead[instants]);
+                    p ./ typical, typical, rig[lane], eps, damping, damper_floor,
+                    time[instants], heater[instants]);
     vector[n] predicted;
     for (i in 1 : n) {
       real before = i == 1 ? begin[1] : states[2 * i - 2][1];

@@ -16,7 +16,6 @@ from muscle_bayes.inference.muscle_prior import COLD, HOT
 from muscle_bayes.inference.noise import AT_REST
 from muscle_bayes.inference.problem import Problem
 from muscle_bayes.physics.muscle import DAMPER_FLOOR
-from muscle_bayes.physics.overshoot import FREE_LEAD, LONGEST_SWING
 
 SHARED = (
     "J",
@@ -94,14 +93,12 @@ def data_of(problem: Problem, frame: Frame) -> dict[str, Any]:
         "lanes": len(seen),
         "intervals": intervals,
         "time": np.concatenate([lane.course.time for lane in seen]),
-        "base": np.concatenate([lane.course.base for lane in seen]),
-        "lead": np.concatenate([lane.course.lead for lane in seen]),
+        "heater": np.concatenate([lane.course.heat for lane in seen]),
         "reading": joined(lanes.reading),
         "gap": joined(np.diff(time, axis=1, prepend=time[:, :1])),
         "weight": joined(lanes.weight),
         "coarse": joined(lanes.coarse),
         "rig": np.array(rig),
-        "carried": np.asarray(lanes.schedule.load[:, 0] * lanes.plant.load_lever**2),
         "scale": np.asarray(lanes.scale),
         "quantum": np.asarray(lanes.quantum),
         "first": np.asarray(lanes.start[:, 0]),
@@ -110,12 +107,10 @@ def data_of(problem: Problem, frame: Frame) -> dict[str, Any]:
         "at_rest": AT_REST,
         "cold": COLD,
         "hot": HOT,
-        "free_lead": FREE_LEAD,
-        "longest_swing": LONGEST_SWING,
         "tension": float(problem.data.tension),
         "damping": damping_for(COARSE_ERROR),
         "tolerance": TOLERANCE,
-        "typical": np.r_[typical[:10], typical[12]],
+        "typical": typical[:10],
         "size_z": frame.mode.size,
         "mode": frame.mode,
         "factor": frame.factor,

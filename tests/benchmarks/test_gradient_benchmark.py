@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.competitors.c_floor import CFloor, compiler
+from benchmarks.competitors.generic_diffrax import GenericDiffrax
 from benchmarks.competitors.lsoda import Floats, Lsoda
 from benchmarks.competitors.ours import Ours
 from benchmarks.density import inputs_of, log_posterior, value_and_gradient
@@ -124,8 +125,14 @@ def test_the_overdamped_ode_runs_where_our_steps_do(problem, points) -> None:
     assert np.sqrt(np.mean(apart**2)) < 0.02 * count_of(problem)
 
 
+def test_generic_diffrax_solves_the_plants_own_terms(problem, points) -> None:
+    generic = GenericDiffrax(problem, damping_for(0.01), 1e-6)
+    apart = generic.coordinates(points[0]) - Ours(problem).coordinates(points[0])
+    assert np.sqrt(np.mean(apart**2)) < 0.02 * count_of(problem)
+
+
 def test_refining_keeps_the_course(problem) -> None:
     course = lanes_of(problem)[0].course
     fine = refined(course, 3)
     np.testing.assert_allclose(fine.time[::6], course.time[::2])
-    np.testing.assert_allclose(np.interp(course.time, fine.time, fine.base), course.base, atol=1e-9)
+    np.testing.assert_allclose(np.interp(course.time, fine.time, fine.heat), course.heat, atol=1e-9)

@@ -12,7 +12,7 @@ from muscle_bayes.discovery.holding import without_blocks, without_runs
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.descent import descend
 from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, motions_at, slope_at
+from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import pose
 from muscle_bayes.inference.programs import potential_at
@@ -99,17 +99,3 @@ def test_readings_that_are_held_out_do_not_count(nested: Nested) -> None:
     part = without_blocks(nested, blocks, [1])
     hidden = np.asarray(part.data.lanes[0].weight).ravel()[: whole.weight.shape[1] // 2]
     assert np.all(hidden == 0.0)
-
-
-def test_what_acts_on_dry_friction_waits_until_it_is_on() -> None:
-    """Its condition stays one where lanes go side by side; else both ways are computed in all of them."""
-
-    def conditions(together: tuple[str, ...]) -> int:
-        nested = Nested(pose(read_runs([DATA / "staircase-139g.csv"]), "coulomb", together))
-        point, choice = jnp.zeros(nested.shared + nested.choice(()).slot.size), nested.choice(())
-        traced = jax.make_jaxpr(lambda at: motions_at(at, choice, nested.layout, nested.data))
-        return str(traced(point)).count(" cond[")
-
-    with jax.enable_x64(True):
-        # Both moves of an interval ask for the levels of dry friction; the solver has other conditions.
-        assert conditions(("stribeck-friction",)) == conditions(("bias-torque",)) + 2

@@ -9,8 +9,8 @@ from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.response import inertial_response, quasi_static_response
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.simulation import simulate_fast, simulate_slow
 
 J, D = 0.00124103, 0.00545940
 DISC, BASE, ROOM = 0.0889, 0.100, 25.0
@@ -29,8 +29,8 @@ TABLE_2 = {
 MUSCLE_PINS = (0.030, 0.030, 0.115)
 SPRING_PINS = (0.030, 0.030, 0.060)
 
-fast = eqx.filter_jit(simulate_fast)
-slow = eqx.filter_jit(simulate_slow)
+inertial = eqx.filter_jit(inertial_response)
+quasi_static = eqx.filter_jit(quasi_static_response)
 
 
 class LinearSpring(Element):
@@ -66,7 +66,7 @@ def muscle_plant(inertia=J, dry=D, stops=STOPS, **changes) -> Plant:
     return plant(muscle(**changes), inertia=inertia, friction=friction, stops=stops)
 
 
-def schedule(time, temperature=ROOM, load=0.0, applied=0.0, braking=0.0) -> Schedule:
+def schedule(time, temperature=ROOM, load=0.0, applied=0.0) -> Schedule:
     """A schedule from functions of time, or constants; both sides have the same temperature."""
     time = np.asarray(time, dtype=float)
     middle = 0.5 * (time[1:] + time[:-1])
@@ -75,20 +75,14 @@ def schedule(time, temperature=ROOM, load=0.0, applied=0.0, braking=0.0) -> Sche
         return np.broadcast_to(what(at) if callable(what) else what, at.shape).astype(float)
 
     heat = sampled(temperature, time)
-    return Schedule(
-        jnp.asarray(time),
-        jnp.asarray(np.stack([heat, heat], axis=1)),
-        jnp.asarray(sampled(load, middle)),
-        jnp.asarray(sampled(applied, middle)),
-        jnp.asarray(np.stack([sampled(braking, time)] * 2, axis=1)),
-    )
+    return Schedule.sampled(time, heat, sampled(load, middle), sampled(applied, middle))
 
 
 def release(plant, schedule, q=0.0, hyst=0.0, speed=0.0):
     """Full-inertia response from q."""
-    return fast(plant, schedule, jnp.asarray(q), jnp.asarray(speed), jnp.full(2, hyst))
+    return inertial(plant, schedule, jnp.asarray(q), jnp.asarray(speed), jnp.full(2, hyst))
 
 
 def creep(plant, schedule, q=0.0, hyst=0.0):
-    """Slow response from q."""
-    return slow(plant, schedule, jnp.asarray(q), jnp.full(2, hyst))
+    """Quasi-static response from q."""
+    return quasi_static(plant, schedule, jnp.asarray(q), jnp.full(2, hyst))

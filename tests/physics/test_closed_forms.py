@@ -22,10 +22,10 @@ from example_plants import (
 )
 
 from muscle_bayes.physics.element import Arm, ReferenceSpring
-from muscle_bayes.physics.equilibrium import play
-from muscle_bayes.physics.friction import CoulombFriction, DryLevels, LinearFriction
+from muscle_bayes.physics.friction import CoulombFriction, LinearFriction
 from muscle_bayes.physics.linkage import Drum, Pins, Straight
 from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.solvers.play import play
 
 G, RATE, INTERCEPT = 9.80665, 145.71, -5.2097
 
@@ -122,19 +122,21 @@ def test_linear_friction_decays_exponentially():
     ("start", "rest"), [(0.5, 0.25), (-0.5, -0.25), (0.2, 0.2), (-0.25, -0.25), (0.0, 0.0)]
 )
 def test_play_slides_to_the_edge_of_the_dead_band_and_not_beyond(start, rest):
-    dry = DryLevels(jnp.asarray(0.5), jnp.asarray(0.5))
-    assert play(lambda q, k: -k * q, jnp.asarray(start), 2.0, dry, (-9.0, 9.0)) == rest
+    assert play(lambda q, k: (-k * q, 0.5), jnp.asarray(start), 2.0, (-9.0, 9.0)) == rest
 
 
 @pytest.mark.parametrize(("start", "rest"), [(0.5, 0.25), (-0.5, -0.25), (0.4, 0.4), (-0.3, -0.3)])
 def test_play_breaks_away_at_the_static_level_and_slides_to_the_sliding_one(start, rest):
-    dry = DryLevels(sliding=jnp.asarray(0.5), static=jnp.asarray(0.8))
-    assert play(lambda q, k: -k * q, jnp.asarray(start), 2.0, dry, (-9.0, 9.0)) == rest
+
+    def forces(q, k):
+        return -k * q, jnp.where(q == start, 0.8, 0.5)
+
+    assert play(forces, jnp.asarray(start), 2.0, (-9.0, 9.0)) == rest
 
 
 @pytest.mark.parametrize(("start", "stop"), [(-5.0, -4.0), (5.0, 4.5)])
 def test_play_ends_at_a_stop_that_lies_before_the_dead_band(start, stop):
-    band = (lambda q, k: -k * q), jnp.asarray(start), 0.1, DryLevels(0.01, 0.01)
+    band = (lambda q, k: (-k * q, 0.01)), jnp.asarray(start), 0.1
     stops = (-8.0, stop) if start < 0 else (stop, 8.0)
     assert play(*band, stops) == stop
 

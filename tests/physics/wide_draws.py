@@ -9,7 +9,7 @@ from example_plants import TABLE_2, D, J, muscle_plant, schedule
 
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import CATALOGUE
-from muscle_bayes.physics.simulation import simulate_fast, simulate_slow
+from muscle_bayes.physics.response import inertial_response, quasi_static_response
 
 SIZE = Scales(force=0.15, speed=2.0, tension=5.0, range=1.0)
 DRAWS = 50
@@ -49,8 +49,8 @@ def _sums(values):
     for name, effect in CATALOGUE.items():
         made = made + effect(**{key: values[f"{name}.{key}"] for key in effect.parameters})
     q, hyst = jnp.asarray(-0.2), jnp.full(2, values["hyst"])
-    quick = simulate_fast(made, hard_drive(1.0), q, jnp.asarray(0.0), hyst)
-    slow = simulate_slow(made, hard_drive(200.0), q, hyst)
+    quick = inertial_response(made, hard_drive(1.0), q, jnp.asarray(0.0), hyst)
+    slow = quasi_static_response(made, hard_drive(200.0), q, hyst)
     sums = [jnp.sum(one.sensed) + jnp.sum(one.hyst) for one in (quick, slow)]
     return jnp.stack(sums), (quick, slow)
 

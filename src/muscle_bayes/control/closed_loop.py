@@ -1,5 +1,6 @@
 """The loop closed: sensors, law, heaters, rotor and muscles, period after period."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -16,9 +17,10 @@ from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
 from muscle_bayes.physics.element import Muscle
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.memory import Memory, advanced
+from muscle_bayes.physics.materialise import materialise
+from muscle_bayes.physics.memory import Memory
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.quasistatic import once
+from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step, paired, stacked
 from muscle_bayes.physics.springs import tensile_strain
 
 TRAINING_TENSION = 0.060 * 9.80665 * 0.0889 / 0.030
@@ -70,13 +72,19 @@ def _crossed(
 ) -> tuple[Motion, Memory]:
     """Rotor and muscles after one step, and what effects remember then: exponential midpoint rule."""
     if not memory:
-        return once(advance(plant, motion, drive, step)), memory
-    now = plant.remembering(memory)
-    half = once(advanced(now, memory, motion.q, motion.hyst, drive, jnp.asarray(0.5 * step)))
-    now = plant.remembering(half)
-    after = once(advance(now, motion, drive, step))
-    q, hyst = 0.5 * (motion.q + after.q), 0.5 * (motion.hyst + after.hyst)
-    return after, once(advanced(now, memory, q, hyst, drive, jnp.asarray(step)))
+        return materialise(advance(plant, motion, drive, step)), memory
+
+    def moved(at: Motion, held: Memory, duration: float) -> Memory:
+        def rates(now: Mapping[str, Any]) -> Mapping[str, Any]:
+            return plant.remembering(now).memory_rates(at.q, at.speed, at.hyst, drive)
+
+        over = jnp.asarray(duration)
+        return materialise(stacked(exponential_step(rates, paired(held), paired(memory), over)))
+
+    half = moved(motion, memory, 0.5 * step)
+    after = materialise(advance(plant.remembering(half), motion, drive, step))
+    middle = jax.tree.map(lambda a, b: 0.5 * (a + b), motion, after)
+    return after, moved(middle, half, step)
 
 
 def resting_plant(joint: Joint) -> Plant:

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.quasistatic import once
 
 
 class Motion(NamedTuple):
@@ -60,7 +60,7 @@ def advance(plant: Plant, motion: Motion, drive: Drive, duration: float) -> Moti
 
     start, slope = jax.linearize(force, motion.q, motion.speed)
     zero, one = jnp.zeros_like(motion.q), jnp.ones_like(motion.q)
-    near = _Tangent(*once((start, slope(one, zero), slope(zero, one))))
+    near = _Tangent(*materialise((start, slope(one, zero), slope(zero, one))))
     start = near.force
     inertia, q, speed = plant.inertia(drive.load), motion.q, motion.speed
 
@@ -86,7 +86,7 @@ def advance(plant: Plant, motion: Motion, drive: Drive, duration: float) -> Moti
     gained = near.gain_of_speed(zero, there - at_rest * back, inertia, left)
     gained = jnp.where(back != 0.0, gained, 0.0)
     q_end = jnp.where(reverses, turn + 0.5 * left * gained, whole)
-    q_end, speed_end = once((q_end, jnp.where(reverses, gained, after)))
+    q_end, speed_end = materialise((q_end, jnp.where(reverses, gained, after)))
 
     rate = plant.hyst_rate(0.5 * (q + q_end), 0.5 * (speed + speed_end), motion.hyst, drive)
     return _at_stops(plant, Motion(q_end, speed_end, motion.hyst + duration * rate))

@@ -17,6 +17,7 @@ from muscle_bayes.inference.factored import FactoredPrecision
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.nested_programs import explained_at, slope_at
 from muscle_bayes.inference.problem import Lanes
+from muscle_bayes.physics.schedule import Schedule
 
 FACTORS = (0.6, 1.0, 1.5)
 """Loads that are tried, as shares of those of the runs."""
@@ -210,12 +211,11 @@ def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
         fields["temperature"].append(np.stack([level, np.full_like(level, thermal.room)], 1))
         fields["load"].append(np.full(size, plan.loads[0]))
     nodes = np.stack(fields["time"])
-    schedule = lanes.schedule._replace(
+    schedule = Schedule(
         time=jnp.asarray(nodes),
         temperature=jnp.asarray(np.stack(fields["temperature"])),
         load=jnp.asarray(np.stack(fields["load"])),
         applied=jnp.zeros_like(lanes.schedule.applied),
-        braking=jnp.zeros_like(lanes.schedule.braking),
     )
     weight = jnp.asarray(per_second * np.diff(nodes, axis=1))
     return lanes._replace(

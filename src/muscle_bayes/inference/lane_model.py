@@ -16,11 +16,11 @@ from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
-from muscle_bayes.physics.simulation import (
+from muscle_bayes.physics.response import (
     Response,
-    simulate_fast,
-    simulate_inertial,
-    simulate_slow,
+    inertial_response,
+    quasi_static_response,
+    refined_response,
 )
 
 Values = Mapping[str, Array]
@@ -121,12 +121,12 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         schedule = lane.schedule
         q = plant.located(shown, both, schedule.first)
         if lane.fine is not None:
-            response = simulate_inertial(plant, lane.fine, q, both)
+            response = refined_response(plant, lane.fine, q, both)
         elif regime == "slow":
-            response = simulate_slow(plant, schedule, q, both)
+            response = quasi_static_response(plant, schedule, q, both)
         else:
             moving = jnp.zeros(()) if speed is None else speed
-            response = simulate_fast(plant, schedule, q, moving, both)
+            response = inertial_response(plant, schedule, q, moving, both)
         return response._replace(averaged=response.averaged / lane.scale + lane.swing)
 
     return simulate

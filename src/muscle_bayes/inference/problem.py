@@ -125,7 +125,7 @@ def _pad(record: Record, size: int) -> Record:
         return np.concatenate([values, np.zeros(missing)])
 
     return record._replace(
-        schedule=Schedule(*(last(values) for values in record.schedule)),
+        schedule=jax.tree.map(last, record.schedule),
         time=last(record.time),
         reading=zeros(record.reading),
         weight=zeros(record.weight),

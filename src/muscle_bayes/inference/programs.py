@@ -15,7 +15,7 @@ from muscle_bayes.inference.density import (
 from muscle_bayes.inference.lane_model import LanePrediction, predictions, responses, zeros_of
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.program import Program
-from muscle_bayes.physics.simulation import Response
+from muscle_bayes.physics.response import Response
 
 
 class Solved(NamedTuple):

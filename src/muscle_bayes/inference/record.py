@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.rig import has_muscle, restores
-from muscle_bayes.inference.thermometer import braking, course
+from muscle_bayes.inference.thermometer import course
 from muscle_bayes.physics.schedule import Schedule
 
 SLOW_INTERVALS = 700
@@ -198,7 +198,6 @@ def slow_record(run: Run) -> Record:
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
     temperature = np.stack([course(run.heat_time, one, nodes).value for one in logged], 1)
-    slowing = np.stack([braking(run.heat_time, one, nodes) for one in logged], 1)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     applied = _means(run.table["applied"].to_numpy(), owner, size)
@@ -206,7 +205,7 @@ def slow_record(run: Run) -> Record:
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     mean = _centred(mean_time, mean, weight, coarse, middles)
     jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
-    schedule = Schedule(nodes, temperature, load, applied, slowing)
+    schedule = Schedule(nodes, temperature, load, applied)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
     return Record(schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0)
 
@@ -248,7 +247,7 @@ def fast_record(run: Run) -> Record:
     temperature = np.stack(
         [np.interp(nodes, run.heat_time, run.table[f"temperature_{side}"]) for side in "ab"], 1
     )
-    schedule = Schedule(nodes, temperature, load, force, np.zeros_like(temperature))
+    schedule = Schedule(nodes, temperature, load, force)
     first, slope = _start(run)
     return Record(
         schedule,
@@ -277,7 +276,6 @@ def segments(run: Run, record: Record) -> list[Record]:
             record.schedule.temperature[around],
             record.schedule.load[steps],
             record.schedule.applied[steps],
-            record.schedule.braking[around],
         )
         time, reading = record.time[steps], record.reading[steps]
         near = slice(0, min(time.size, 8))

@@ -18,9 +18,8 @@ from muscle_bayes.inference.problem import Data, Lanes, Layout, Problem
 from muscle_bayes.inference.program import Program
 from muscle_bayes.inference.programs import solved_at, unconstrained
 from muscle_bayes.physics.plant import Drive
-from muscle_bayes.physics.refinement import FineGrid, refined
-from muscle_bayes.physics.simulation import Response
-from muscle_bayes.physics.swing import swing_rate
+from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
+from muscle_bayes.physics.response import Response
 
 TOLERANCE = 0.5
 """Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution (or,

@@ -1,4 +1,4 @@
-"""Where falling functions change sign."""
+"""Vectorised bisection."""
 
 from collections.abc import Callable
 
@@ -16,7 +16,7 @@ def bisect(
     high: Float[Array, "*n"],
     halvings: int = HALVINGS,
 ) -> Float[Array, "*n"]:
-    """Where `falls`, positive at low and negative at high, changes sign; elementwise, no derivative."""
+    """Root of each decreasing function `falls`, positive at low and negative at high; no derivative."""
 
     def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         low, high = ends

@@ -1,21 +1,11 @@
 """Friction of the rotor's bearing."""
 
 from abc import abstractmethod
-from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 
 from muscle_bayes.physics.linkage import Scalar
-
-
-class DryLevels(NamedTuple):
-    """Magnitudes of dry friction in slow motion [N m or N]."""
-
-    sliding: Scalar
-    """Down to this the force falls while the rotor slides."""
-    static: Scalar
-    """Up to this the rotor rests; no less than `sliding`."""
 
 
 class FrictionLaw(eqx.Module):

@@ -1,12 +1,14 @@
 """The plant: one coordinate, an element on each side, a load, friction, and a tuple of effects."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import NamedTuple
 
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
@@ -29,6 +31,28 @@ class Drive(NamedTuple):
     """Known generalised force [N m or N]."""
 
 
+Pair = tuple[Scalar, Scalar]
+"""What is so on sides A and B. Scalars, not an array: that compiles to a third of the work."""
+
+
+def _like(other: Array | Pair, pair: Pair) -> Array | Pair:
+    """The pair, as an array where the other is one."""
+    return pair if isinstance(other, tuple) else jnp.stack(pair)
+
+
+class PlantState(NamedTuple):
+    """State of the equation of motion; as the value of a vector field, its derivative in time."""
+
+    q: Scalar
+    """Coordinate [rad or m]."""
+    speed: Scalar
+    """dq/dt [rad/s or m/s]."""
+    hyst: Float[Array, "2"] | Pair
+    """sigma_hyst of sides A and B."""
+    memory: Mapping[str, Float[Array, "2"] | Pair]
+    """States of the effects with memory on sides A and B, by name."""
+
+
 class Plant(eqx.Module):
     """inertia(load) q'' = force(q, q', hyst, drive) - dry friction;  hyst' = hyst_rate(...)
 
@@ -45,7 +69,7 @@ class Plant(eqx.Module):
     load_lever: float
     stops: tuple[float, float]
     effects: tuple[Effect | TemperatureFilter, ...] = ()
-    memory: dict[str, Float[Array, "2"]] = eqx.field(default_factory=dict)
+    memory: Mapping[str, Float[Array, "2"] | Pair] = eqx.field(default_factory=dict)
     """States of the effects with memory on sides A and B, by name; empty where nothing is remembered,
     and such effects do nothing there."""
 
@@ -71,20 +95,6 @@ class Plant(eqx.Module):
         """Whether any effect corrects what this port carries."""
         return any(effect.port == port for effect in self.instant_effects)
 
-    def acts_on(self, port: Port) -> Bool[Array, ""]:
-        """Whether any effect on this port is not off: has no parameters, or one not at its off value.
-
-        No derivative is seen through this: one that is off counts as absent, with its slopes there.
-        """
-        on = [
-            jnp.asarray(getattr(effect, key) != parameter.off)
-            for effect in self.instant_effects
-            if effect.port == port
-            for key, parameter in effect.parameters.items()
-        ]
-        bare = any(not effect.parameters for effect in self.instant_effects if effect.port == port)
-        return jnp.stack([jnp.asarray(bare), *on]).any()
-
     @property
     def muscles(self) -> dict[int, Muscle]:
         """The muscles by side: 0 is A, 1 is B."""
@@ -97,7 +107,7 @@ class Plant(eqx.Module):
         found = (effect for effect in self.effects if isinstance(effect, MemoryEffect))
         return tuple(found) if self.muscles else ()
 
-    def remembering(self, memory: dict[str, Float[Array, "2"]]) -> "Plant":
+    def remembering(self, memory: Mapping[str, Float[Array, "2"] | Pair]) -> "Plant":
         """The plant with these states of its effects with memory."""
         return dataclasses.replace(self, memory=memory)
 
@@ -115,7 +125,7 @@ class Plant(eqx.Module):
         self,
         q: Scalar,
         speed: Scalar,
-        hyst: Float[Array, "2"] | tuple[Scalar, Scalar],
+        hyst: Float[Array, "2"] | Pair,
         drive: Drive,
     ) -> tuple[Instant, Instant]:
         """What acts on sides A and B."""
@@ -164,7 +174,7 @@ class Plant(eqx.Module):
         self,
         q: Scalar,
         speed: Scalar,
-        hyst: Float[Array, "2"] | tuple[Scalar, Scalar],
+        hyst: Float[Array, "2"] | Pair,
         drive: Drive,
     ) -> tuple[Scalar, Scalar]:
         """d sigma_hyst/dt of side A and of side B [1/s]."""
@@ -177,6 +187,106 @@ class Plant(eqx.Module):
     ) -> Float[Array, "2"]:
         """d sigma_hyst/dt of both sides [1/s]."""
         return jnp.stack(self.hyst_rates(q, speed, hyst, drive))
+
+    def memory_rates(
+        self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"] | Pair, drive: Drive
+    ) -> dict[str, Float[Array, "2"] | Pair]:
+        """d state/dt of all that is remembered, of both sides [its unit per s]."""
+        a, b = (
+            {
+                one.name: self.memory_rate(one, side, q, speed, hyst, drive)
+                for one in self.memory_effects
+                if one.name in self.memory
+            }
+            for side in (0, 1)
+        )
+        return {name: _like(self.memory[name], (a[name], b[name])) for name in a}
+
+    def memory_rate(
+        self,
+        effect: MemoryEffect,
+        side: int,
+        q: Scalar,
+        speed: Scalar,
+        hyst: Float[Array, "2"] | Pair,
+        drive: Drive,
+    ) -> Scalar:
+        """d state/dt of what one effect remembers of one side [its unit per s]; 0 without a muscle."""
+        if side not in self.muscles:
+            return jnp.zeros_like(q)
+        instant = self.instants(q, speed, hyst, drive)[side]
+        return effect.rate(self.muscles[side].signals(instant, self.instant_effects))
+
+    def terms(self) -> diffrax.MultiTerm:
+        """The equation of motion as diffrax terms of a `PlantState`, in seconds.
+
+            dq/dt = v,   dv/dt = a(t, y) - d(t, y) sign(v),   d hyst/dt and d memory/dt = rates(t, y)
+
+        The first term is `smooth_rates`, with a = force / inertia; the second, `dry_bound`, has d =
+        dry friction / inertia as its derivative of speed and 0 elsewhere. A rotor at rest stays there
+        while |a| <= d. `args` of both is the drive: a diffrax path of `Drive`s, as is a `Schedule`.
+        """
+        return diffrax.MultiTerm(
+            diffrax.ODETerm(self.smooth_rates), diffrax.ODETerm(self.dry_bound)
+        )
+
+    @eqx.filter_jit  # traced once wherever a program asks for it
+    def smooth_rates(
+        self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
+    ) -> PlantState:
+        """dy/dt [1/s] but for dry friction; a rotor without inertia moves as one of unit inertia."""
+        now, at = self.remembering(y.memory), drive.evaluate(t)
+        state = y.q, y.speed, y.hyst, at
+        hyst = now.hyst_rates(*state)
+        return PlantState(
+            y.speed,
+            now.force(*state) / self._divisor(at.load),
+            _like(y.hyst, hyst),
+            now.memory_rates(*state),
+        )
+
+    @eqx.filter_jit
+    def dry_bound(self, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]) -> PlantState:
+        """Largest deceleration by dry friction, in `speed` [rad/s^2 or m/s^2]; 0 elsewhere."""
+        now, at = self.remembering(y.memory), drive.evaluate(t)
+        bound = now.dry_friction(y.q, y.speed, y.hyst, at) / self._divisor(at.load)
+        return jax.tree.map(jnp.zeros_like, y)._replace(speed=bound)
+
+    def _divisor(self, load: Scalar) -> Scalar:
+        inertia = self.inertia(load)
+        return jnp.where(inertia == 0.0, 1.0, inertia)
+
+    def smoothed_terms(self, smoothing_speed: Scalar | float) -> diffrax.ODETerm:
+        """The same with dry friction d tanh(v / v0), v0 = `smoothing_speed` [rad/s or m/s].
+
+        For solvers that know no dry friction, such as diffrax.Tsit5 and Kvaerno5. Friction creeps
+        where it should hold, less the smaller v0; there are no endstops.
+        """
+        return diffrax.ODETerm(eqx.Partial(self._smoothed_rates, jnp.asarray(smoothing_speed)))
+
+    def _smoothed_rates(
+        self, v0: Scalar, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
+    ) -> PlantState:
+        smooth, dry = self.smooth_rates(t, y, drive), self.dry_bound(t, y, drive)
+        return smooth._replace(speed=smooth.speed - dry.speed * jnp.tanh(y.speed / v0))
+
+    def overdamped_terms(self, damping: Scalar | float) -> diffrax.ODETerm:
+        """The limit of no inertia with c dq/dt = max(f - D, 0) + min(f + D, 0), c = `damping`.
+
+        f: force at rest, D: dry friction [N m or N]; c [N m s or N s/m]. For stiff solvers such as
+        diffrax.Kvaerno5; `speed` of the state stays as it is. As c falls this becomes what
+        `QuasiStatic` solves. There are no endstops.
+        """
+        return diffrax.ODETerm(eqx.Partial(self._overdamped_rates, jnp.asarray(damping)))
+
+    def _overdamped_rates(
+        self, c: Scalar, t: Scalar, y: PlantState, drive: diffrax.AbstractPath[Drive]
+    ) -> PlantState:
+        still = y._replace(speed=jnp.zeros_like(y.speed))
+        smooth, dry = self.smooth_rates(t, still, drive), self.dry_bound(t, still, drive).speed
+        driven = jnp.maximum(smooth.speed - dry, 0.0) + jnp.minimum(smooth.speed + dry, 0.0)
+        speed = driven * self._divisor(drive.evaluate(t).load) / c
+        return smooth._replace(q=speed, speed=jnp.zeros_like(y.speed))
 
     def sensed(self, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
         """Coordinate [rad or m] that the sensor shows when the plant is at q."""

@@ -2,10 +2,23 @@
 
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.plant import Drive, Plant
 from muscle_bayes.physics.schedule import Schedule
+
+
+def swing_rate(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
+    """sqrt(k / inertia) [rad/s], k = -d force / d q at rest; 0 where nothing restores."""
+    still, unit = jnp.zeros_like(q), jnp.ones_like(q)
+    slope = jax.jvp(lambda x: plant.force(x, still, hyst, drive), (q,), (unit,))[1]
+    inertia = plant.inertia(drive.load)
+    square = jnp.maximum(-slope, 0.0) / jnp.where(inertia > 0.0, inertia, 1.0)
+    return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
 
 
 class FineGrid(NamedTuple):
@@ -21,9 +34,7 @@ class FineGrid(NamedTuple):
 def refined(schedule: Schedule, longest: Float[np.ndarray, " interval"], size: int = 0) -> FineGrid:
     """The schedule of one run with steps of at most `longest` [s], an even number an interval.
 
-    Between nodes the temperature is the parabola whose bend is the mean of `braking` at both ends,
-    as slow motion has it; between steps it is linear. Padding of no duration stays padding, and is
-    lengthened to `size` steps. Arrays are NumPy's.
+    Padding of no duration stays padding, and is lengthened to `size` steps. Arrays are NumPy's.
     """
     node_time, temperature = np.asarray(schedule.time), np.asarray(schedule.temperature)
     durations = np.diff(node_time)
@@ -32,9 +43,6 @@ def refined(schedule: Schedule, longest: Float[np.ndarray, " interval"], size: i
     total = max(int(last[-1]), 1, size)
     owner = np.repeat(np.arange(durations.size), counts)
     place = (np.arange(owner.size) - (last - counts)[owner] + 1) / counts[owner]
-    braking = np.asarray(schedule.braking)
-    bend = 0.5 * (braking[1:] + braking[:-1])[owner]
-    rise = (place * (1.0 - place) * durations[owner] ** 2)[:, None]
     course = temperature[owner] + place[:, None] * (temperature[owner + 1] - temperature[owner])
     padding = np.zeros(total - owner.size, dtype=int)
 
@@ -48,9 +56,8 @@ def refined(schedule: Schedule, longest: Float[np.ndarray, " interval"], size: i
 
     fine = Schedule(
         time=on_nodes(node_time[0], node_time[owner] + place * durations[owner]),
-        temperature=on_nodes(temperature[0], course + 0.5 * bend * rise),
+        temperature=on_nodes(temperature[0], course),
         load=on_steps(schedule.load),
         applied=on_steps(schedule.applied),
-        braking=np.zeros((total + 1, 2)),
     )
     return FineGrid(fine, np.maximum(last - counts // 2 - 1, 0), np.maximum(last - 1, 0))

@@ -1,181 +1,150 @@
-"""Solving a plant over a schedule: diffrax drives the two structured steps."""
+"""A plant's motion under a drive."""
 
-from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from typing import Any
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, ArrayLike, Float
 
-from muscle_bayes.physics.breakaway import dry_levels
-from muscle_bayes.physics.inertial import FastState, fast_step
-from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.memory import Motion, Remembered, remembering, starting
-from muscle_bayes.physics.overshoot import ahead
-from muscle_bayes.physics.plant import Drive, Plant
-from muscle_bayes.physics.quasistatic import SlowState, arrive, cross, slow_step
-from muscle_bayes.physics.refinement import FineGrid
+from muscle_bayes.physics.memory import starting
+from muscle_bayes.physics.plant import Plant, PlantState
 from muscle_bayes.physics.schedule import Schedule, filtered
-from muscle_bayes.physics.slide import settle
+from muscle_bayes.physics.solvers.nodes import StepToNodes
+from muscle_bayes.physics.solvers.plant_solver import PlantSolver
+from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
+from muscle_bayes.physics.solvers.stick_slip import StickSlip
 
 
-class Response(NamedTuple):
-    """What the plant did, one value for each interval of the schedule."""
+def initial_state(
+    plant: Plant,
+    drive: Schedule,
+    q: ArrayLike = 0.0,
+    speed: ArrayLike = 0.0,
+    hyst: ArrayLike = 0.0,
+) -> PlantState:
+    """The state at the drive's start.
 
-    sensed: Float[Array, " interval"]
-    """Coordinate that the sensor shows [rad or m]: mid-interval if slow, at its end if fast."""
-    averaged: Float[Array, " interval"]
-    """The same as its mean over the interval if slow, at its end if fast: what readings show."""
-    hyst: Float[Array, "interval 2"]
-    """sigma_hyst of sides A and B at the interval's end."""
-    speed: Float[Array, " interval"]
-    """dq/dt [rad/s or m/s] at the interval's end; the interval's mean if slow."""
-    finite: Bool[Array, ""]
-    """Whether every value is finite; a response that is not must be rejected."""
-
-
-class StructuredStep(diffrax.AbstractSolver):
-    """A diffrax solver whose step is one of ours; its own state counts the intervals.
-
-    `args` of the integration is (plant, schedule); times must be the schedule's nodes.
+    **Arguments:** `q` [rad or m], `speed` [rad/s or m/s], and `hyst`: sigma_hyst, one for both sides
+    or one each. Effects with memory remember what they do after the plant has long been held like this
+    under the drive's first row.
     """
-
-    term_structure: ClassVar = diffrax.ODETerm
-    interpolation_cls: ClassVar = diffrax.LocalLinearInterpolation
-    advance: Callable = eqx.field(static=True)
-    accuracy: int = eqx.field(static=True)
-
-    def order(self, terms: Any) -> int:
-        return self.accuracy
-
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
-        return jnp.asarray(0)
-
-    def step(
-        self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any, solver_state: Any, made_jump: Any
-    ) -> Any:
-        y1 = self.advance(args[0], y0, args[1], solver_state)
-        dense_info = {"y0": y0, "y1": y1}
-        return y1, None, dense_info, solver_state + 1, diffrax.RESULTS.successful
-
-    def func(self, terms: Any, t0: Any, y0: Any, args: Any) -> Any:
-        return terms.vf(t0, y0, args)
+    q, speed = jnp.asarray(q, float), jnp.asarray(speed, float)
+    hyst = jnp.broadcast_to(jnp.asarray(hyst, float), (2,))
+    first = filtered(drive, plant.temperature_filters).first if plant.memory_effects else None
+    memory = {} if first is None else starting(plant, q, hyst, first).memory
+    return PlantState(q, speed, hyst, memory)
 
 
-STICK_SLIP = StructuredStep(fast_step, 4)
-"""Full inertia, reversals of speed resolved inside the step; fourth order."""
-QUASI_STATIC = StructuredStep(slow_step, 2)
-"""Rotor inertia eliminated, dry friction as a play operator; second order."""
-REMEMBERING = {
-    STICK_SLIP: StructuredStep(
-        remembering(
-            Motion(
-                cross=fast_step,
-                middle=lambda begun, end: 0.5 * (begun.q + end.q),
-                arrive=lambda plant, end, schedule, index: end,
-            )
-        ),
-        2,
-    ),
-    QUASI_STATIC: StructuredStep(
-        remembering(Motion(cross, lambda begun, crossed: crossed.q_middle, arrive)), 2
-    ),
-}
-"""The same where effects remember; second order."""
+def at_rest(plant: Plant, drive: Schedule, state: PlantState) -> PlantState:
+    """The state after a slide, in no time, to where dry friction holds the rotor in the first row."""
+    drive = filtered(drive, plant.temperature_filters)
+    first = drive.segment(drive.t0, drive.t0)
+    return QuasiStatic().for_plant(plant).rest(plant.terms(), drive.t0, state, first)
 
 
-def _solve(solver: StructuredStep, plant: Plant, schedule: Schedule, start: Any) -> Any:
-    """States of the motion at the end of every interval."""
-    if plant.memory:
-        solver, start = REMEMBERING[solver], Remembered(start, plant.memory)
-    # The steps advance the state themselves; diffrax asks for a term but never evaluates it.
-    term = diffrax.ODETerm(lambda t, y, args: jax.tree.map(jnp.zeros_like, y))
-    intervals = schedule.load.shape[0]
-    ticks = jnp.arange(intervals + 1, dtype=schedule.time.dtype)
+def simulate(
+    plant: Plant,
+    drive: Schedule,
+    state: PlantState,
+    *,
+    solver: PlantSolver | None = None,
+    times: Float[Array, " time"] | None = None,
+    adjoint: diffrax.AbstractAdjoint | None = None,
+    throw: bool = True,
+) -> diffrax.Solution:
+    """Solve the plant's equation of motion (`Plant.terms`) over a drive.
+
+    **Arguments:**
+
+    - `plant`: the plant, with all its parameters and effects.
+    - `drive`: temperatures [C], load [kg] and applied force [N m or N] over time [s].
+    - `state`: where the plant begins, at the drive's first time; see `initial_state`.
+    - `solver`: `StickSlip()`, the default, with full inertia; or `QuasiStatic()`, where heat moves the
+      rotor so slowly that its inertia does not count.
+    - `times`: rising times [s] at which the state is wanted, within the drive's; default: its nodes.
+      Steps end at these and at every node. `StickSlip` needs some twenty in each swing of the rotor,
+      `QuasiStatic` several wherever the temperature's rate changes.
+    - `adjoint`: how diffrax differentiates. The default, `diffrax.DirectAdjoint()`, knows `jax.grad`
+      and `jax.jacfwd`; `diffrax.ForwardMode()` only the latter, in less time.
+    - `throw`: whether a solve that does not stay finite raises an error, or only says so in `result`.
+
+    **Returns:** a `diffrax.Solution`: `ts` [s], `ys`, the `PlantState` at each of them, and `result`.
+    The first state of `QuasiStatic` is that of the rotor come to rest. Works under `jax.jit`,
+    `jax.vmap`, `jax.grad` and `jax.jacfwd`, for the plant's parameters, the state and the drive.
+
+    !!! example
+
+        >>> import jax, jax.numpy as jnp
+        >>> from muscle_bayes.physics.element import NoElement, ReferenceSpring
+        >>> from muscle_bayes.physics.friction import CoulombFriction
+        >>> from muscle_bayes.physics.linkage import Pins
+        >>> from muscle_bayes.physics.plant import Plant
+        >>> from muscle_bayes.physics.schedule import Schedule
+        >>> from muscle_bayes.physics.simulation import initial_state, simulate
+        >>> spring = ReferenceSpring(Pins(0.03, 0.03, 0.06, mirror=1.0))
+        >>> def stroke(D):
+        ...     plant = Plant(1.2e-3, CoulombFriction(D), spring, NoElement(), 0.0889, (-1.2, 1.2))
+        ...     drive = Schedule.sampled([0.0, 2.0], load=0.14)
+        ...     begin = initial_state(plant, drive, q=-0.25)
+        ...     return simulate(plant, drive, begin, times=jnp.linspace(0.0, 2.0, 201)).ys.q[-1]
+        >>> with jax.enable_x64(True):
+        ...     print(f"{stroke(5e-3):.4f} rad, {jax.grad(stroke)(5e-3):.2f} rad per N m")
+        0.0858 rad, 16.46 rad per N m
+    """
+    drive = filtered(drive, plant.temperature_filters)
+    solver = (StickSlip() if solver is None else solver).for_plant(plant)
+    nodes = drive.time if times is None else jnp.sort(jnp.concatenate([drive.time, times]))
+    adjoint = diffrax.DirectAdjoint() if adjoint is None else adjoint
+    solution = _solved(plant, drive, state, solver, nodes, adjoint)
+    return _reported(_at(solution, nodes, times), throw)
+
+
+def _solved(
+    plant: Plant,
+    drive: Schedule,
+    state: PlantState,
+    solver: PlantSolver,
+    nodes: Float[Array, " node"],
+    adjoint: diffrax.AbstractAdjoint,
+) -> diffrax.Solution:
+    """The solution at the nodes."""
+    # The first step has no length, so that the first state is saved, and rests are found in one place.
+    steps = jnp.concatenate([nodes[:1], nodes])
     solution = diffrax.diffeqsolve(
-        term,
+        plant.terms(),
         solver,
-        ticks[0],
-        ticks[-1],
+        steps[0],
+        jnp.inf,  # steps are counted: none need be cut short at an end
         None,
-        start,
-        (plant, schedule),
+        state,
+        drive,
         saveat=diffrax.SaveAt(steps=True),
-        stepsize_controller=diffrax.StepTo(ts=ticks),
-        adjoint=diffrax.ForwardMode(),
-        max_steps=intervals,
+        stepsize_controller=StepToNodes(steps),
+        adjoint=adjoint,
+        max_steps=nodes.shape[0],
         throw=False,
     )
-    return solution.ys.motion if plant.memory else solution.ys
+    return eqx.tree_at(lambda one: one.t1, solution, nodes[-1])
 
 
-def _all_finite(*values: Array) -> Bool[Array, ""]:
-    return jnp.stack([jnp.isfinite(value).all() for value in values]).all()
+def _at(
+    solution: diffrax.Solution, nodes: Float[Array, " node"], times: Float[Array, " time"] | None
+) -> diffrax.Solution:
+    """The solution at the times that are wanted; at all nodes if none are given."""
+    if times is None:
+        return solution
+    rows = jnp.searchsorted(nodes, times, side="right") - 1
+    ys = jax.tree.map(lambda leaf: leaf[rows], solution.ys)
+    return eqx.tree_at(lambda one: (one.ts, one.ys), solution, (times, ys))
 
 
-def simulate_slow(plant: Plant, schedule: Schedule, q: Scalar, hyst: Float[Array, "2"]) -> Response:
-    """Quasi-static response from rest at q [rad or m] with HYST strains `hyst`."""
-    schedule = filtered(schedule, plant.temperature_filters)
-    first = schedule.first
-    plant = starting(plant, q, hyst, first)
-    temperature = schedule.temperature + ahead(plant, q, hyst, schedule)
-    schedule = schedule._replace(temperature=temperature)
-    # The first rest is that of one more interval: a program that looks for rests in few places compiles
-    # sooner.
-    states = _solve(QUASI_STATIC, plant, schedule.from_rest, SlowState(q, hyst, q))
-    begun, states = states.q[:-1], jax.tree.map(lambda one: one[1:], states)
-    middle = 0.5 * (schedule.temperature[1:] + schedule.temperature[:-1])
-    drives = Drive(middle, schedule.load, schedule.applied)
-    sensed = jax.vmap(plant.sensed)(states.q_middle, states.hyst, drives)
-    mean = 0.25 * (begun + 2.0 * states.q_middle + states.q)
-    averaged = jax.vmap(plant.sensed)(mean, states.hyst, drives)
-    duration = jnp.diff(schedule.time)
-    speed = jnp.where(
-        duration > 0.0, (states.q - begun) / jnp.where(duration > 0.0, duration, 1.0), 0.0
-    )
-    finite = _all_finite(averaged, states.hyst, speed)
-    return Response(sensed, averaged, states.hyst, speed, finite)
-
-
-def simulate_fast(
-    plant: Plant, schedule: Schedule, q: Scalar, speed: Scalar, hyst: Float[Array, "2"]
-) -> Response:
-    """Response with full inertia from q [rad or m], speed [rad/s or m/s] and HYST strains `hyst`."""
-    schedule = filtered(schedule, plant.temperature_filters)
-    return _swung(starting(plant, q, hyst, schedule.first), schedule, FastState(q, speed, hyst))
-
-
-def _swung(plant: Plant, schedule: Schedule, start: FastState) -> Response:
-    states = _solve(STICK_SLIP, plant, schedule, start)
-    drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
-    sensed = jax.vmap(plant.sensed)(states.q, states.hyst, drives)
-    finite = _all_finite(sensed, states.hyst, states.speed)
-    return Response(sensed, sensed, states.hyst, states.speed, finite)
-
-
-def simulate_inertial(plant: Plant, grid: FineGrid, q: Scalar, hyst: Float[Array, "2"]) -> Response:
-    """What `simulate_slow` says of the grid's former intervals, with full inertia."""
-    schedule = filtered(grid.schedule, plant.temperature_filters)
-    first = schedule.first
-    plant = starting(plant, q, hyst, first)
-    still = jnp.zeros_like(q)
-    q = settle(plant, q, hyst, first, still, dry_levels(plant, q, hyst, first, still))
-    whole = _swung(plant, schedule, FastState(q, jnp.zeros_like(q), hyst))
-    start = plant.sensed(q, hyst, first)
-    ends = jnp.concatenate([start[None], whole.sensed])
-    steps = jnp.diff(schedule.time)
-    area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(0.5 * (ends[1:] + ends[:-1]) * steps)])
-    last = grid.end + 1
-    before = jnp.concatenate([jnp.zeros(1, last.dtype), last[:-1]])
-    duration = schedule.time[last] - schedule.time[before]
-    lasts = duration > 0.0
-    mean = (area[last] - area[before]) / jnp.where(lasts, duration, 1.0)
-    return Response(
-        sensed=whole.sensed[grid.middle],
-        averaged=jnp.where(lasts, mean, whole.sensed[grid.end]),
-        hyst=whole.hyst[grid.end],
-        speed=whole.speed[grid.end],
-        finite=whole.finite,
-    )
+def _reported(solution: diffrax.Solution, throw: bool) -> diffrax.Solution:
+    """The solution, its result telling whether every state is finite."""
+    finite = jnp.stack([jnp.isfinite(leaf).all() for leaf in jax.tree.leaves(solution.ys)]).all()
+    result = diffrax.RESULTS.where(finite, solution.result, diffrax.RESULTS.nonlinear_divergence)
+    if throw:
+        ys: Any = result.error_if(solution.ys, ~finite)
+        solution = eqx.tree_at(lambda one: one.ys, solution, ys)
+    return eqx.tree_at(lambda one: one.result, solution, result)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from muscle_bayes.physics.equilibrium import play
-from muscle_bayes.physics.friction import DryLevels
+from muscle_bayes.physics.solvers.play import play
 
 STOPS = (-1.5, 1.2)
 COUNT = 200
+SLIDING = 0.02
 
 
 def kinked(x, p):
@@ -41,18 +41,18 @@ def wavy_forces(rng: np.random.Generator) -> dict[str, np.ndarray]:
     }
 
 
-def slid(force, start: float, dry: DryLevels) -> float:
+def slid(force, start: float, static: float) -> float:
     """Walk in small steps to where the rest is passed, then Brent's method."""
     pull = force(start)
-    if abs(pull) <= dry.static:
+    if abs(pull) <= static:
         return start
     way = np.sign(pull)
     path = np.linspace(start, STOPS[1] if way > 0 else STOPS[0], 20001)
-    passed = np.flatnonzero(way * force(path) <= dry.sliding)
+    passed = np.flatnonzero(way * force(path) <= SLIDING)
     if passed.size == 0:
         return path[-1]
     at = passed[0]
-    return brentq(lambda x: way * force(x) - dry.sliding, path[at - 1], path[at], xtol=1e-14)
+    return brentq(lambda x: way * force(x) - SLIDING, path[at - 1], path[at], xtol=1e-14)
 
 
 @pytest.mark.parametrize("static", [0.02, 0.2])
@@ -61,14 +61,18 @@ def test_the_nearest_rest_is_found(law, forces, static):
     rng = np.random.default_rng(5)
     parameters = forces(rng)
     start = rng.uniform(*STOPS, COUNT)
-    dry = DryLevels(0.02, static)
-    found = jax.jit(jax.vmap(lambda q, p: play(law, q, p, dry, STOPS)))(
-        jnp.asarray(start), jax.tree.map(jnp.asarray, parameters)
-    )
+
+    def rest(q, p):
+        def pulls(x, both):
+            return law(x, both[0]), jnp.where(x == both[1], static, SLIDING)
+
+        return play(pulls, q, (p, q), STOPS)
+
+    found = jax.jit(jax.vmap(rest))(jnp.asarray(start), jax.tree.map(jnp.asarray, parameters))
     wanted = []
     for index, q in enumerate(start):
         one = {name: float(column[index]) for name, column in parameters.items()}
-        wanted.append(slid(lambda x, one=one: np.asarray(law(x, one)), q, dry))
+        wanted.append(slid(lambda x, one=one: np.asarray(law(x, one)), q, static))
     np.testing.assert_allclose(found, wanted, atol=1e-9)
     moved = np.abs(np.subtract(wanted, start)) > 0.01
     rests = moved & ~np.isin(wanted, STOPS)
@@ -79,9 +83,12 @@ def test_the_nearest_rest_is_found(law, forces, static):
 
 @pytest.mark.parametrize("broken", [jnp.nan, jnp.inf])
 def test_a_force_that_is_not_finite_is_no_rest(broken):
-    dry = DryLevels(0.02, 0.02)
-    assert not jnp.isfinite(play(lambda x, k: k - x, jnp.asarray(0.5), broken, dry, STOPS))
-    behind = play(
-        lambda x, k: jnp.where(x < 0.3, k * x, -x - 1.0), jnp.asarray(0.5), broken, dry, STOPS
-    )
+    def everywhere(x, k):
+        return k - x, SLIDING
+
+    def far(x, k):
+        return jnp.where(x < 0.3, k * x, -x - 1.0), SLIDING
+
+    assert not jnp.isfinite(play(everywhere, jnp.asarray(0.5), broken, STOPS))
+    behind = play(far, jnp.asarray(0.5), broken, STOPS)
     assert not jnp.isfinite(behind)
