@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from muscle_bayes.bench.temperature_control import HeaterLaw
-from muscle_bayes.control.certain_duty import certain_duty
+from muscle_bayes.control.certain_duty import certain_duty, logged_duty
 from muscle_bayes.control.heater_fit import PRIOR, assumed_heater, fit_heater
 from muscle_bayes.data import Fixture, Metadata, Run
 from muscle_bayes.data.elements import MuscleElement
@@ -14,11 +14,11 @@ from muscle_bayes.twin.controller import PERIOD, HeaterController
 from muscle_bayes.twin.heater import HeaterTube
 
 
-def recorded(setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0):
+def recorded(setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0, logs_duty=False):
     """A log of the twin's tube under the bench's controller: meter of 0.1 C and 0.4 s, rows of 0.1 s."""
     generator = np.random.default_rng(seed)
     tube, controller = HeaterTube(gain, cooling_time, 24.0), HeaterController()
-    rows, reading, due, next_row, time = [], 24.0, 0.0, 0.0, 0.0
+    rows, reading, due, next_row, time, duty = [], 24.0, 0.0, 0.0, 0.0, 0
     for setpoint in setpoints:
         controller.aim(setpoint)
         for _ in range(round(hold / PERIOD)):
@@ -26,11 +26,15 @@ def recorded(setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0):
                 reading = round(float(tube.temperature + 0.05 * generator.standard_normal()), 1)
                 due = time + 0.4
             if time >= next_row:
-                rows.append((time, 500.0, reading, 24.0, setpoint, np.nan, 0.1, 0.0))
+                told = duty if logs_duty else np.nan
+                rows.append((time, 500.0, reading, 24.0, setpoint, np.nan, 0.1, 0.0, told, np.nan))
                 next_row = time + 0.1
-            tube.advance(controller.update(reading, time), PERIOD)
+            duty = controller.update(reading, time)
+            tube.advance(duty, PERIOD)
             time += PERIOD
-    names = "time reading temperature_a temperature_b setpoint_a setpoint_b load applied"
+    names = (
+        "time reading temperature_a temperature_b setpoint_a setpoint_b load applied duty_a duty_b"
+    )
     side = {"rotor_radius_a": 0.03, "anchor_x_a": 0.03, "anchor_y_a": 0.1}
     metadata = Metadata.model_validate(
         {
@@ -82,6 +86,23 @@ def test_certainty_is_what_no_integral_can_change():
         for s, t, certain in zip(setpoint[:4], temperature[:4], found[:4], strict=True):
             if np.isfinite(certain):
                 assert law.output(s, s - t, integral) == 255.0 * certain
+
+
+def test_logged_duty_tells_whatever_law_was_at_work():
+    setpoints, unlike = (25.0, 90.0, 25.0), HeaterLaw(gain=0.01)
+    assert not fit_heater([recorded(setpoints)], unlike).told["gain"]
+    found = fit_heater([recorded(setpoints, logs_duty=True)], unlike)
+    assert found.told["gain"]
+    assert found.draws["gain"].mean() == pytest.approx(5.0, rel=0.02)
+    assert found.draws["cooling"].mean() == pytest.approx(1 / 40, rel=0.02)
+
+
+def test_a_logged_duty_begins_with_the_setpoint_that_it_follows():
+    time = 0.1 * np.arange(8.0)
+    setpoint = np.array([25.0, 25.0, 90.0, 90.0, 90.0, 90.0, 90.0, 90.0])
+    duty = np.array([7.0, 7.0, 8.0, 255.0, 255.0, 200.0, np.nan, 0.0])
+    expected = [np.nan, np.nan, 1.0, 1.0, 1.0, np.nan, np.nan, 0.0]
+    assert logged_duty(duty, setpoint, time) == pytest.approx(expected, nan_ok=True)
 
 
 def test_assumed_heaters_say_so():

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
-from sample_log import ROWS, TOML, fixture_rows
+from sample_log import ROWS, TOML, edit_cell, fixture_rows
 
-from muscle_bayes.data import RunError, read_run, read_runs
+from muscle_bayes.data import HEATER_HEADER, RunError, read_run, read_runs
 from muscle_bayes.data.log import parse_log
 from muscle_bayes.data.run import COLUMNS
 from muscle_bayes.data.sensor import grid_step
@@ -213,3 +213,23 @@ def test_the_work_on_a_log_grows_no_faster_than_its_rows(read):
         assert len(run.table) == rows
         calls.append(counted["call"] + counted["c_call"])
     assert calls[1] < 11 * calls[0]
+
+
+def test_blank_cells_of_the_heater_board_stay_blank(read):
+    header, *rows = fixture_rows()
+    told = [f"{row},255,0,0,1" if at % 3 == 0 else f"{row},,,," for at, row in enumerate(rows)]
+    run = read([f"{header}, {', '.join(HEATER_HEADER)}", *told])
+    assert run.repairs == ()
+    assert run.table["duty_a"].tolist()[:4] == pytest.approx(
+        [255, np.nan, np.nan, 255], nan_ok=True
+    )
+    assert run.table["fan"].count() == len(rows) // 3 + 1
+
+
+@pytest.mark.parametrize(("reading", "count"), [("4094.875", 0), ("4094.9", 1), ("4096", 1)])
+def test_averages_of_a_wider_converter(read, reading, count):
+    keys = "radians_per_count = 0.0058\nbits = 12\nresolution = 0.125"
+    about = TOML.replace("radians_per_count = 0.0058", keys).replace("stops = [-1.2, 1.2]\n", "")
+    lines = edit_cell(fixture_rows(), 3, 8, "505.125")
+    run = read([*lines, f"103.030,37.7,40.0,0,25.0,25.0,1,1,{reading}"], about)
+    assert [repair.rule for repair in run.repairs] == ["glitch"] * count

@@ -16,7 +16,7 @@ def invoke(*args: object):
 def test_spring_runs_with_an_effect(tmp_path):
     report = tmp_path / "report.json"
     result = invoke(
-        *("spring", "--out", tmp_path / "runs", "--mass", 112, "--mass", 118),
+        *("spring", "--out", tmp_path / "runs", "--mass", 0.112, "--mass", 0.118),
         *("--effect", "viscous-friction:coefficient=0.001", "--set", "J=0.0013"),
         *("--seed", 3, "--json", report),
     )
@@ -33,7 +33,7 @@ def test_spring_runs_with_an_effect(tmp_path):
 def test_linear_friction_brings_its_own_table_1(tmp_path):
     truth = tmp_path / "elsewhere.toml"
     result = invoke(
-        *("spring", "--out", tmp_path / "runs", "--mass", 118, "--name", "one"),
+        *("spring", "--out", tmp_path / "runs", "--mass", 0.118, "--name", "one"),
         *("--friction", "linear", "--truth", truth),
     )
     assert result.exit_code == 0, result.output
@@ -60,6 +60,7 @@ def test_free_runs_take_their_stages_from_a_file(tmp_path):
         (("spring", "--set", "J"), "not PARAM=VALUE"),
         (("spring", "--set", "colour=3"), "unknown rig parameter"),
         (("spring", "--mass", "-5"), "cannot hang"),
+        (("spring", "--mass", "139"), "write 0.139 if 139 g are meant"),
         (("spring", "--rig", "nowhere.toml"), "nowhere.toml"),
         (("shipped", "--mass", "5"), "the set is fixed"),
         (("free",), "belong together"),
@@ -74,6 +75,6 @@ def test_errors_are_messages(tmp_path, args, told):
 
 def test_a_folder_that_cannot_be_is_a_message(tmp_path):
     (tmp_path / "file").write_text("")
-    result = invoke("spring", "--mass", 118, "--out", tmp_path / "file" / "runs")
+    result = invoke("spring", "--mass", 0.118, "--out", tmp_path / "file" / "runs")
     assert result.exit_code == 2
     assert "cannot be written" in result.output

@@ -79,6 +79,8 @@ def test_stages_from_a_file(tmp_path):
         "[[stage]]",
         "[[stage]]\nsetpoint = 1",
         "hue = 1\n[[stage]]\nwait = 1",
+        "load = 139\n[[stage]]\nduration = 1",
+        "[[stage]]\nduration = 1\nload = 139",
     ):
         path.write_text(text)
         with pytest.raises(MuscleBayesError, match=r"stages\.toml"):
@@ -93,7 +95,7 @@ def test_plans_name_their_runs():
     ]
     assert list(plan_runs("staircase", Rig(), [0.139], name="mine")) == ["mine"]
     assert list(plan_runs("staircase", Rig(), [0.1, 0.2], name="mine")) == ["mine-1", "mine-2"]
-    for wrong in ({"name": "../x"}, {"masses": [-0.1]}, {"log_period": 0.0}):
+    for wrong in ({"name": "../x"}, {"masses": [-0.1]}, {"masses": [139.0]}, {"log_period": 0.0}):
         with pytest.raises(MuscleBayesError):
             plan_runs("staircase", Rig(), **wrong)
     with pytest.raises(MuscleBayesError, match="belong together"):

@@ -34,7 +34,7 @@ def simulate(
     ] = None,
     mass: Annotated[
         list[float] | None,
-        typer.Option(metavar="G", help="Load in grams; repeat it for more runs or pours."),
+        typer.Option(metavar="KG", help="Load in kg; repeat it for more runs or pours."),
     ] = None,
     friction: Annotated[
         Literal["coulomb", "linear"] | None,
@@ -105,7 +105,7 @@ def simulate(
         plan = plan_runs(
             protocol,
             built,
-            [grams / 1000 for grams in mass or []],
+            mass or [],
             name=name,
             stages=stages,
             log_period=log_period,

@@ -1,4 +1,4 @@
-"""Where a log tells the heater's duty, though it has no column for it."""
+"""Where a heater's duty is surely nothing or full: as logged, else where the law leaves no doubt."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,6 +13,10 @@ SHORTEST = 8.0
 """Shortest stretch that is used [s]."""
 FEWEST = 12
 """Fewest fresh readings of a stretch."""
+
+
+LATE = 0.5
+"""Time within which the board's duty is logged after a new setpoint [s]."""
 
 
 class Stretch(NamedTuple):
@@ -32,8 +36,8 @@ class Stretch(NamedTuple):
 def certain_duty(setpoint: np.ndarray, temperature: np.ndarray, law: HeaterLaw) -> np.ndarray:
     """0 or 1 where the law's duty is zero or full whatever its integral may be, NaN elsewhere.
 
-    Runs log setpoint and temperature, no duty. The integral depends on what was before the log, but it
-    is clamped: far from the setpoint it cannot matter. A channel without setpoint is off.
+    For logs of setpoint and temperature without duty. The integral depends on what was before the
+    log, but it is clamped: far from the setpoint it cannot matter. A channel without setpoint is off.
     """
     error = setpoint - temperature
     known = law.constant + law.feedforward * setpoint + law.proportional * error
@@ -41,6 +45,30 @@ def certain_duty(setpoint: np.ndarray, temperature: np.ndarray, law: HeaterLaw) 
     least, most = law.gain * (known - reach), law.gain * (known + reach)
     certain = np.where(least >= FULL_DUTY, 1.0, np.where(most <= 0.0, 0.0, np.nan))
     return np.where(np.isnan(setpoint), 0.0, certain)
+
+
+def logged_duty(duty: np.ndarray, setpoint: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """0 or 1 where a log has no duty or full duty, NaN where it has another or none.
+
+    A row holds the duty that the board said last, so one that follows a new setpoint within LATE is
+    taken to have begun with it.
+    """
+    certain = np.where(duty == FULL_DUTY, 1.0, np.where(duty == 0.0, 0.0, np.nan))
+    for at in np.flatnonzero(setpoint[1:] != setpoint[:-1]) + 1:
+        end = int(np.searchsorted(time, time[at] + LATE, side="right"))
+        new = np.flatnonzero(np.isfinite(certain[at:end]) & (duty[at:end] != duty[at - 1]))
+        if new.size:
+            certain[at : at + new[0]] = certain[at + new[0]]
+    return certain
+
+
+def _duty(run: Run, side: str, law: HeaterLaw) -> np.ndarray:
+    """0 or 1 where the duty of a side is sure, NaN elsewhere."""
+    setpoint = run.table[f"setpoint_{side}"].to_numpy()
+    logged = run.table.get(f"duty_{side}")
+    if logged is not None and logged.notna().any():
+        return logged_duty(logged.to_numpy(), setpoint, run.table["time"].to_numpy())
+    return certain_duty(setpoint, run.table[f"temperature_{side}"].to_numpy(), law)
 
 
 def stretches(run: Run, law: HeaterLaw) -> list[Stretch]:
@@ -57,7 +85,7 @@ def stretches(run: Run, law: HeaterLaw) -> list[Stretch]:
         if np.ptp(reading) < 5.0:
             continue
         setpoint = run.table[f"setpoint_{side}"].to_numpy()
-        duty = certain_duty(setpoint, reading, law)
+        duty = _duty(run, side, law)
         changes = (duty[1:] != duty[:-1]) & ~(np.isnan(duty[1:]) & np.isnan(duty[:-1]))
         starts = np.flatnonzero(np.concatenate([[True], changes | gaps[1:]]))
         for first, end in pairwise([*starts, time.size]):

@@ -188,7 +188,10 @@ def _grid(linear: _Linear, noise: float) -> tuple[np.ndarray, np.ndarray, np.nda
 def fit_heater(
     runs: Sequence[Run], law: HeaterLaw | None = None, *, draws: int = DRAWS, seed: int = 0
 ) -> HeaterPosterior:
-    """The heater's posterior from where the bench's law leaves no doubt about its duty.
+    """The heater's posterior from where its duty is surely nothing or full.
+
+    That is told by the duty that a run logs; in runs without it, by the bench's law where that leaves
+    no doubt.
 
     Cooling rate and lag lie on a grid about their mode, everything else is integrated out exactly. The
     noise is that of the residuals, beside what not knowing the time of a reading makes. Without a

@@ -27,8 +27,8 @@ def plan_runs(
 ) -> dict[str, Protocol]:
     """Protocols by run name; masses in kg, the thesis' or what swings well where none is given."""
     for mass in masses:
-        if not 0.0 <= mass < 50.0:
-            raise MuscleBayesError(f"a mass of {mass * 1000:g} g cannot hang from this disc")
+        if not mass >= 0.0:
+            raise MuscleBayesError(f"a mass of {mass:g} kg cannot hang from this disc")
     if (protocol == "free") != (stages is not None):
         raise MuscleBayesError("protocol 'free' and a file of stages belong together")
     room = rig.fixture.room_temperature

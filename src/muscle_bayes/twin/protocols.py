@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from muscle_bayes.data.mass import check_mass
 from muscle_bayes.errors import MuscleBayesError
 
 ProtocolName = Literal["spring", "staircase", "sawtooth", "free"]
@@ -35,6 +36,15 @@ class Stage:
         for what, value in (("duration", self.duration), ("load", self.load)):
             if value is not None and value < 0:
                 raise MuscleBayesError(f"a stage's {what} cannot be negative, this one is {value}")
+        _check_load(self.load or 0.0)
+
+
+def _check_load(load: float) -> None:
+    """Raises MuscleBayesError where a load [kg] is one of grams."""
+    try:
+        check_mass(load)
+    except ValueError as error:
+        raise MuscleBayesError(f"a load{error}") from None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +63,9 @@ class Protocol:
     initial_hyst: float = 0.02
     log_period: float = 0.03
     rest_time: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_load(self.load)
 
 
 def spring(mass: float, *, duration: float = 12.0, rest_time: float = 4.0) -> Protocol:
