@@ -33,7 +33,7 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
     (lanes,) = data.lanes
     physical = physical_of(values, layout, data)
     zero = zeros_of(values, lanes, "slow", False)
-    start = lanes.scale * (lanes.start[:, 0] - zero)
+    start = lanes.scale * (values["slow.start"][lanes.run] - zero)
     first = first_hyst(values["slow.hyst_force"], values)[lanes.run]
     if physical.muscle is None:
         raise ValueError("competitors know muscles only")

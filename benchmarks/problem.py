@@ -156,8 +156,11 @@ def reference_point(problem: Problem) -> Float[Array, " n"]:
     values |= {f"slow.{name}": jnp.asarray(value) for name, value in MODERATE_NOISE.items()}
     runs = [truth["runs"][run.name] for run in problem.runs]
     zero = np.array([run["zero_reading"] for run in runs])
+    angle = np.array([run["initial_angle"] for run in runs])
     hyst = np.array([run["initial_hyst_a"] for run in runs])
+    scale = np.asarray(problem.data.lanes[0].scale)
     values["slow.zero"] = jnp.asarray(zero)
+    values["slow.start"] = jnp.asarray(zero + angle / scale)
     values["slow.hyst_force"] = tensile_spring(
         jnp.asarray(hyst), values["stiffness_hyst"], values["F_hyst_min"]
     )

@@ -153,7 +153,6 @@ data {
   array[lanes] vector[9] rig; // radius, anchor x and y, base length, heated share, room, load, stops
   vector[lanes] scale; // rad per count
   vector[lanes] quantum;
-  vector[lanes] first; // reading at which each run begins
   real eps;
   real damper_floor;
   real at_rest;
@@ -189,7 +188,8 @@ model {
   real discrepancy = exp(u[13]);
   real correlation_time = exp(u[14]);
   vector[lanes] zero = segment(u, 15, lanes);
-  vector[lanes] force = exp(segment(u, 15 + lanes, lanes));
+  vector[lanes] start = segment(u, 15 + lanes, lanes);
+  vector[lanes] force = exp(segment(u, 15 + 2 * lanes, lanes));
 
   // Lognormal quantities are normal in u.
   target += normal_lpdf(u[1 : 3] | location[1 : 3], spread[1 : 3]);
@@ -221,7 +221,7 @@ model {
     int n = intervals[lane];
     int begun = 2 * done + lane;
     array[2 * n + 1] int instants = linspaced_int_array(2 * n + 1, begun, begun + 2 * n);
-    real shown = scale[lane] * (first[lane] - zero[lane]);
+    real shown = scale[lane] * (start[lane] - zero[lane]);
     real heat = effective(heater[begun], rig[lane]);
     vector[2] begin = [rest(shown, hyst[lane], heat, p, rig[lane], eps), hyst[lane]]';
     array[2 * n] vector[2] states

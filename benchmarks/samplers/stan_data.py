@@ -33,7 +33,7 @@ SHARED = (
     "slow.discrepancy",
     "slow.correlation_time",
 )
-EACH = ("slow.zero", "slow.hyst_force")
+EACH = ("slow.zero", "slow.start", "slow.hyst_force")
 """Both in the order in which the program takes them from its vector, EACH once for every run."""
 
 
@@ -101,7 +101,6 @@ def data_of(problem: Problem, frame: Frame) -> dict[str, Any]:
         "rig": np.array(rig),
         "scale": np.asarray(lanes.scale),
         "quantum": np.asarray(lanes.quantum),
-        "first": np.asarray(lanes.start[:, 0]),
         "eps": STRAIN_EPSILON,
         "damper_floor": DAMPER_FLOOR,
         "at_rest": AT_REST,

@@ -98,9 +98,7 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
         return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
-    start = values.get(f"{regime}.start")
-    reading = lanes.start[:, 0] if start is None else start[lanes.run]
-    first = reading - zeros_of(values, lanes, regime, cut)
+    first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
     speed, force = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_force")
     if speed is not None:
         speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)

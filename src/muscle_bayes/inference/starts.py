@@ -66,10 +66,11 @@ def _resting_force(values, *, problem: Problem, lanes: Lanes, regime: str):
     """With what HYST's spring of every lane pulls at the first row if the rotor rests there [N]."""
     physical = physical_of(values, problem.layout, problem.data)
     zeros = zeros_of(values, lanes, regime, cut=False)
+    start = values[f"{regime}.start"]
 
     def one(lane: Lanes, zero: Array) -> Array:
         plant = plant_of(lane.plant, physical, problem.layout)
-        q = lane.scale * (lane.start[0] - zero)
+        q = lane.scale * (start[lane.run] - zero)
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
         hyst = jnp.maximum(_resting_hyst(plant, q, *drive), LEAST_SHARE * STRAIN_EPSILON)
         return tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
