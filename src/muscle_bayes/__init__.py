@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from muscle_bayes.criticism.coverage import check_run as check
     from muscle_bayes.data.reader import read_runs
     from muscle_bayes.discovery.discover import discover
+    from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.examples import load_example
     from muscle_bayes.inference.calibration_model import calibration_model
     from muscle_bayes.inference.identifiability import identify
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Effect",
+    "MuscleBayesError",
     "Plant",
     "Posterior",
     "__version__",
@@ -85,6 +87,7 @@ __all__ = [
 
 _HOME = {
     "Effect": "physics.effect:Effect",
+    "MuscleBayesError": "errors:MuscleBayesError",
     "Plant": "physics.plant:Plant",
     "Posterior": "inference.posterior:Posterior",
     "calibration_model": "inference.calibration_model:calibration_model",

@@ -60,7 +60,7 @@ def tune(
     Example:
         >>> import muscle_bayes as mb
         >>> from muscle_bayes.control.tune import Effort
-        >>> muscle = mb.fit(mb.load_example("staircases"), effort="quick", progress=False)
+        >>> muscle = mb.load("muscle.nc")  # of the staircases, by `fit`
         >>> few = Effort(starts=2, scout_draws=2, refined=1, steps=1)
         >>> tuning = mb.tune(muscle, draws=4, effort=few, progress=False)
         >>> tuning.gains.law
