@@ -64,6 +64,12 @@ def test_simulate_is_that_of_physics():
     assert mb.simulate is importlib.import_module("muscle_bayes.physics.simulation").simulate
 
 
+def test_the_page_of_public_names_lists_them_all():
+    page = (SOURCE.parent / "docs" / "api.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| `mb\.(\w+)`", page, re.MULTILINE)
+    assert sorted(shown) == sorted(mb.__all__)
+
+
 def test_types_are_declared_for_every_name():
     block = inspect.getsource(mb).partition("if TYPE_CHECKING:")[2].partition("__all__")[0]
     told = set(re.findall(r"(?:import (?:\w+ as )?|as )(\w+)\b", block))
@@ -190,6 +196,11 @@ def test_a_fit_shows_its_progress(monkeypatch):
     )
     assert mb.fit([], effort="quick") is fitting.QUICK
     assert "sampling (draws of each chain): 50 of 100" in out.getvalue()
+
+
+def test_an_unknown_effort_is_told():
+    with pytest.raises(mb.MuscleBayesError, match=r"no effort 'fast'.*quick, full"):
+        mb.fit([], effort="fast")
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -1,10 +1,10 @@
 """Fitting runs from Python, with progress."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference import fit as fitting
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.sampler import Effort
@@ -16,7 +16,7 @@ def fit(
     friction: Friction = "coulomb",
     effects: Sequence[str] = (),
     *,
-    effort: Effort | Literal["quick", "full"] = "full",
+    effort: Effort | str = "full",
     given: Posterior | None = None,
     seed: int = 0,
     progress: bool = True,
@@ -42,8 +42,8 @@ def fit(
         are not to be used, and `complaints` says why.
 
     Raises:
-        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown effects,
-            and where `given` has another friction.
+        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown effects
+            and efforts, and where `given` has another friction.
 
     Example:
         >>> import muscle_bayes as mb
@@ -53,8 +53,13 @@ def fit(
         >>> posterior.tree["posterior"]["J"].attrs["units"]
         'kg m^2'
     """
-    chosen = fitting.EFFORTS[effort] if isinstance(effort, str) else effort
+    if isinstance(effort, str):
+        if effort not in fitting.EFFORTS:
+            raise MuscleBayesError(
+                f"there is no effort {effort!r}. Choose one of: {', '.join(fitting.EFFORTS)}."
+            )
+        effort = fitting.EFFORTS[effort]
     with shown_progress(progress) as report:
         return fitting.fit(
-            runs, friction, effects, effort=chosen, given=given, seed=seed, report=report
+            runs, friction, effects, effort=effort, given=given, seed=seed, report=report
         )
