@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from muscle_bayes.api.fitting import fit
+    from muscle_bayes.api.plants import plant_of
     from muscle_bayes.api.tuning import tune
     from muscle_bayes.compiled import keep_compiled_code
     from muscle_bayes.criticism.compare import compare
@@ -30,7 +31,13 @@ if TYPE_CHECKING:
     from muscle_bayes.inference.predictive import predict_runs as predict
     from muscle_bayes.physics.effect import Effect
     from muscle_bayes.physics.plant import Plant
-    from muscle_bayes.physics.simulation import simulate  # type: ignore[attr-defined]
+    from muscle_bayes.physics.schedule import Schedule
+    from muscle_bayes.physics.simulation import (
+        initial_state,  # type: ignore[attr-defined]
+        simulate,  # type: ignore[attr-defined]
+    )
+    from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
+    from muscle_bayes.physics.solvers.stick_slip import StickSlip
     from muscle_bayes.report.control_figures import scenario_figure as plot_scenario
     from muscle_bayes.report.discovery_figures import before_after_figure as plot_before_after
     from muscle_bayes.report.discovery_figures import misfit_figure as plot_misfit
@@ -56,6 +63,9 @@ __all__ = [
     "MuscleBayesError",
     "Plant",
     "Posterior",
+    "QuasiStatic",
+    "Schedule",
+    "StickSlip",
     "__version__",
     "calibration_model",
     "check",
@@ -63,9 +73,11 @@ __all__ = [
     "discover",
     "fit",
     "identify",
+    "initial_state",
     "keep_compiled_code",
     "load",
     "load_example",
+    "plant_of",
     "plot_before_after",
     "plot_drift",
     "plot_forest",
@@ -90,15 +102,20 @@ _HOME = {
     "MuscleBayesError": "errors:MuscleBayesError",
     "Plant": "physics.plant:Plant",
     "Posterior": "inference.posterior:Posterior",
+    "QuasiStatic": "physics.solvers.quasi_static:QuasiStatic",
+    "Schedule": "physics.schedule:Schedule",
+    "StickSlip": "physics.solvers.stick_slip:StickSlip",
     "calibration_model": "inference.calibration_model:calibration_model",
     "check": "criticism.coverage:check_run",
     "compare": "criticism.compare:compare",
     "discover": "discovery.discover:discover",
     "fit": "api.fitting:fit",
     "identify": "inference.identifiability:identify",
+    "initial_state": "physics.simulation:initial_state",
     "keep_compiled_code": "compiled:keep_compiled_code",
     "load": "inference.posterior:Posterior.load",
     "load_example": "examples:load_example",
+    "plant_of": "api.plants:plant_of",
     "plot_before_after": "report.discovery_figures:before_after_figure",
     "plot_drift": "report.drift_figure:drift_figure",
     "plot_forest": "report.forest_figure:forest_figure",
