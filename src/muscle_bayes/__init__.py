@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from muscle_bayes.physics.effect import Effect
     from muscle_bayes.physics.plant import Plant
     from muscle_bayes.physics.schedule import Schedule
-    from muscle_bayes.physics.simulation import (
-        initial_state,  # type: ignore[attr-defined]
-        simulate,  # type: ignore[attr-defined]
+    from muscle_bayes.physics.simulation import (  # type: ignore[attr-defined]
+        initial_state,
+        simulate,
     )
     from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
     from muscle_bayes.physics.solvers.stick_slip import StickSlip
