@@ -31,7 +31,7 @@ def shown_progress(shown: bool = True) -> Iterator[Report]:
     from rich.console import Console
 
     console = Console(stderr=True, emoji=False, highlight=False)
-    if console.is_terminal and (not console.is_jupyter or find_spec("ipywidgets")):
+    if find_spec("ipywidgets") if console.is_jupyter else console.is_terminal:
         with _bars(console) as report:
             yield report
     else:
