@@ -25,6 +25,6 @@ def test_threads_replace_one_file_and_none_takes_anothers_part(tmp_path):
 def test_a_place_that_cannot_be_written_is_told_and_nothing_is_left(tmp_path):
     (tmp_path / "held").mkdir()
     (tmp_path / "held" / "child").touch()
-    with pytest.raises(MuscleBayesError, match=r"held: cannot be written: .*Mend"):
+    with pytest.raises(MuscleBayesError, match=r"held: cannot be written: .*Fix"):
         write_whole(tmp_path / "held", b"x")
     assert [child.name for child in tmp_path.iterdir()] == ["held"]

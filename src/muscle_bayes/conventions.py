@@ -25,4 +25,3 @@ SPRING_MIN_LENGTH: Final = 0.04682
 
 Motion = Literal["rotary", "linear"]
 Friction = Literal["coulomb", "linear"]
-PositionUnit = Literal["counts", "rad", "deg", "m", "mm"]

@@ -39,7 +39,7 @@ def load_example(name: str) -> list[Run]:
     single = sorted(path.stem for path in folder.glob("*.csv"))
     if name not in single:
         known = ", ".join([*GROUPS, *(one for one in single if one not in GROUPS)])
-        raise MuscleBayesError(f"there is no example {name!r}. Choose one of: {known}.")
+        raise MuscleBayesError(f"there is no example {name!r}. Fix: choose one of {known}.")
     return read_runs([folder / f"{name}.csv"])
 
 

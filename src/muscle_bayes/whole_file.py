@@ -24,5 +24,5 @@ def write_whole(path: Path, content: bytes) -> None:
     except OSError as error:
         reason = error.strerror or str(error)
         raise MuscleBayesError(
-            f"{path}: cannot be written: {reason}. Mend: name a file that can be written."
+            f"{path}: cannot be written: {reason}. Fix: name a file that can be written."
         ) from None

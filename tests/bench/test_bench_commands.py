@@ -164,7 +164,7 @@ def test_mistakes_end_in_a_message(tmp_path, text, options, told):
     result = run("record", path, "--out", tmp_path / "runs", *options)
     assert result.exit_code == 2
     assert told in result.stderr
-    assert "Mend" in result.stderr
+    assert "Fix" in result.stderr
     assert not (tmp_path / "runs").exists()
 
 

@@ -15,7 +15,9 @@ def write(folder, name, rows, period):
     metadata = Sequence(stage=(Stage(duration=1.0),)).metadata("measured", RIG, 0.1, "")
     file = RunFile(folder, name, metadata)
     for n in range(rows):
-        file.append(Row(n * period, 25.0 + n % 3, 40.0, False, None, None, False, True, 500 + n))
+        file.append(
+            Row(n * period, 25.0 + n % 3, 40.0, False, None, None, False, True, 500 + n // 10)
+        )
     file.close()
     return file.path
 
@@ -28,7 +30,7 @@ def test_newest_part_is_drawn(tmp_path):
     (angle,) = above.lines
     assert angle.get_xdata()[0] > 998.0 - SHOWN
     assert angle.get_xdata()[-1] == 998.0
-    assert angle.get_ydata()[-1] == (999 - 512) * 0.0058
+    assert angle.get_ydata()[-1] == (549 - 512) * 0.0058
     assert len(below.lines) == 4
 
 

@@ -167,10 +167,10 @@ def test_no_command_is_longer_than_a_frame(verb):
 @pytest.mark.parametrize(
     ("verb", "arguments", "told"),
     [
-        ("HEAT", (), "'HEAT' is no command. Mend: one of ID, DUTY"),
-        ("DUTY", (1, 2), "DUTY got 2 arguments. Mend: it takes D0 D1 T0 T1"),
-        ("ID", (1,), "ID got 1 arguments. Mend: it takes nothing"),
-        ("DUTY", (256, 0, 1, 1), "D0 is 256. Mend: 0 to 255"),
+        ("HEAT", (), "'HEAT' is no command. Fix: one of ID, DUTY"),
+        ("DUTY", (1, 2), "DUTY got 2 arguments. Fix: it takes D0 D1 T0 T1"),
+        ("ID", (1,), "ID got 1 arguments. Fix: it takes nothing"),
+        ("DUTY", (256, 0, 1, 1), "D0 is 256. Fix: 0 to 255"),
         ("DUTY", (None, 0, 1, 1), "D0 is None"),
         ("STREAM", (-1,), "PERIOD_MS is -1"),
     ],

@@ -148,7 +148,7 @@ def test_no_more_room_leaves_whole_rows(tmp_path, limit):
     told = done.stdout.splitlines()
     rows = int(told[0].split()[0])
     assert "File too large" in told[0]
-    assert "Mend: free space" in told[0]
+    assert "Fix: free space" in told[0]
     content = (tmp_path / "x.csv").read_bytes()
     assert content.endswith(b"\n")
     assert content.count(b"\n") == rows + 1

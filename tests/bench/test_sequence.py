@@ -129,7 +129,7 @@ def test_errors_name_file_and_key(case):
     assert before in WHOLE
     with pytest.raises(RunError) as caught:
         parse_sequence(WHOLE.replace(before, after).encode(), "bend.toml")
-    for words in ["bend.toml", "Mend: ", *told]:
+    for words in ["bend.toml", "Fix: ", *told]:
         assert words in str(caught.value)
 
 

@@ -111,7 +111,7 @@ def test_pulled_cable_of_a_tty():
 
 @pytest.mark.parametrize("url", ["/dev/does-not-exist", "socket://127.0.0.1:1", "bogus://x"])
 def test_line_that_cannot_be_opened(url):
-    with pytest.raises(TransportError, match=r"cannot be opened.*Mend"):
+    with pytest.raises(TransportError, match=r"cannot be opened.*Fix"):
         SerialTransport(url)
 
 

@@ -65,6 +65,28 @@ def test_shows_draws_and_writes_json(runs, tmp_path):
     assert run["position"]["unit"] == "counts"
 
 
+def test_lists_what_the_run_assumes(runs, tmp_path):
+    facts = tmp_path / "facts.json"
+    result = inspect(runs, "--out", tmp_path, "--json", facts)
+    for words in ["assumed", "fixture.stops: none", "zero_uncertainty: 2 counts"]:
+        assert words in result.output
+    (run,) = json.loads(facts.read_text())["runs"]
+    assert {"key": "fixture.stops", "taken": "none"} in run["assumed"]
+
+
+def test_shows_a_measured_velocity(tmp_path):
+    rows = [f"{0.01 * n:.2f},{np.cos(0.1 * n):.4f}" for n in range(100)]
+    (tmp_path / "wheel.csv").write_text("\n".join(["t,rate", *rows]))
+    (tmp_path / "wheel.toml").write_text(
+        'format = 1\nprotocol = "free"\norigin = "measured"\n[columns]\ntime = "t"\n'
+        'position = "rate"\nposition_unit = "rad/s"\n[element_a]\nkind = "none"\n'
+    )
+    result = inspect(tmp_path / "wheel.csv", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "velocity" in result.output
+    assert "deg/s" in result.output
+
+
 def test_figure_is_named_and_the_same_bytes(runs, tmp_path):
     one, two = tmp_path / "one.png", tmp_path / "two.png"
     assert inspect(runs / "stairs.csv", "--figure", one).exit_code == 0
@@ -84,7 +106,7 @@ def test_goes_on_after_a_bad_run(runs, tmp_path):
     result = inspect(runs, "--out", tmp_path / "figures", "--json", facts)
     assert result.exit_code == 2
     assert "bad.toml" in result.stderr
-    assert "Mend" in result.stderr
+    assert "Fix" in result.stderr
     assert "Traceback" not in result.output
     assert (tmp_path / "figures" / "stairs.png").exists()
     assert json.loads(facts.read_text())["failed"][0]["path"].endswith("bad.csv")

@@ -68,7 +68,7 @@ def test_nonsense_gets_a_message_that_names_file_and_key(text, told, tmp_path):
         read_gains(path)
     message = str(raised.value)
     assert "bad.toml" in message
-    assert "Mend:" in message
+    assert "Fix:" in message
     assert told.removeprefix("proportional: ").removeprefix("feedforward: ") in message
 
 

@@ -120,7 +120,7 @@ def test_a_joint_needs_two_muscles(tmp_path):
     with pytest.raises(MuscleBayesError, match="element_b"):
         read_design(path)
     path.write_text("[fixture]\nmotion = 'linear'\n")
-    with pytest.raises(MuscleBayesError, match="Mend"):
+    with pytest.raises(MuscleBayesError, match="Fix"):
         read_design(path)
     path.write_text("[potentiometer]\nzero_reading = 500.0\nradians_per_count = -0.004\n")
     assert read_design(path).potentiometer.radians_per_count == -0.004

@@ -1,5 +1,6 @@
 """A good run of the fixture, to be read or broken."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -32,3 +33,13 @@ def write(tmp_path: Path) -> Callable[..., Path]:
 def read(write: Callable[..., Path]) -> Callable[..., Run]:
     """Write the files, then read them."""
     return lambda *args, **kwargs: read_run(write(*args, **kwargs))
+
+
+@pytest.fixture(scope="session")
+def cases() -> Path:
+    """The folder of inputs that failed once; the test is skipped where it is absent."""
+    beside = Path(__file__).parents[2].parent / "shared" / "cases"
+    folder = Path(os.environ.get("MUSCLE_BAYES_CASES", beside))
+    if not folder.is_dir():
+        pytest.skip("the failing inputs are not here (set MUSCLE_BAYES_CASES)")
+    return folder

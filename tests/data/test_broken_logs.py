@@ -114,9 +114,10 @@ def test_whole_last_row_without_line_end_is_kept(read):
     assert len(run.table) == ROWS
 
 
-def test_short_row_inside_is_a_blank_position(read):
+def test_short_row_is_dropped(read):
     run = read([*GOOD[:10], "100.27,30.0,40.0", *GOOD[11:]])
-    assert only(run) == ("bad cell", 1, 11)
+    assert only(run) == ("short row", 1, 11)
+    assert len(run.table) == ROWS - 1
 
 
 def test_long_row_is_dropped(read):
@@ -278,7 +279,7 @@ def test_refused(read, kind):
     lines, toml, told = REFUSED[kind]
     with pytest.raises(RunError) as caught:
         read(lines, toml or TOML)
-    for words in ["stairs.csv", "Mend: ", *told]:
+    for words in ["stairs.csv", "Fix: ", *told]:
         assert words in str(caught.value)
 
 
@@ -295,7 +296,7 @@ def test_refused_bytes(read, content, told):
     with pytest.raises(RunError, match=r"stairs\.csv") as caught:
         read(content=content)
     assert told in str(caught.value)
-    assert "Mend: " in str(caught.value)
+    assert "Fix: " in str(caught.value)
 
 
 def test_power_loss_leaves_nul_bytes(read):

@@ -168,7 +168,7 @@ REFUSED = {
     ),
     "metres on rotary motion": (
         TOML + COLUMNS.replace('"rad"', '"m"'),
-        ["key columns.position_unit", "'m' does not fit", "counts, rad, deg"],
+        ["key columns.position_unit", "'m' does not fit", "counts, rad, mrad, deg"],
     ),
     "pins on linear motion": (
         LINEAR + COLUMNS.replace('"rad"', '"m"'),
@@ -184,8 +184,8 @@ REFUSED = {
         ["key element_a.kind", "an arm swings", "rotary motion"],
     ),
     "unknown unit": (
-        TOML + COLUMNS.replace('"rad"', '"radians"'),
-        ["key columns.position_unit", "did you mean 'rad'"],
+        TOML + COLUMNS.replace('"rad"', '"radius"'),
+        ["key columns.position_unit", "no unit of", "one such as counts, rad"],
     ),
     "sign two": (TOML + COLUMNS + "position_sign = 2", ["columns.position_sign", "one of 1, -1"]),
     "zero told twice": (
@@ -215,7 +215,7 @@ def test_refused(tmp_path, kind):
     path.write_text(toml)
     with pytest.raises(RunError) as caught:
         read_metadata(path)
-    for words in ["stairs.toml", "Mend: ", *told]:
+    for words in ["stairs.toml", "Fix: ", *told]:
         assert words in str(caught.value)
 
 
@@ -225,5 +225,5 @@ def test_not_utf8(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(RunError, match=r"absent\.toml.*missing.*Mend"):
+    with pytest.raises(RunError, match=r"absent\.toml.*missing.*Fix"):
         read_metadata(tmp_path / "absent.toml")

@@ -157,7 +157,7 @@ def test_folder_is_every_run_sorted(write):
 
 
 def test_folder_without_runs(tmp_path):
-    with pytest.raises(RunError, match=r"no runs: the folder holds no CSV\. Mend:"):
+    with pytest.raises(RunError, match=r"no runs: the folder holds no CSV\. Fix:"):
         read_runs([tmp_path])
     with pytest.raises(RunError, match="No runs were named"):
         read_runs([])

@@ -31,7 +31,7 @@ def log(rows=200):
     columns[HEADER[1]] = RNG.uniform(20, 150, rows)
     columns[HEADER[3]] = RNG.random(rows) < 0.5
     columns[HEADER[6]] = columns[HEADER[7]] = np.zeros(rows)
-    columns[HEADER[8]] = RNG.integers(0, 1024, rows)
+    columns[HEADER[8]] = RNG.integers(312, 712, rows)
     return pd.DataFrame(columns)
 
 
@@ -114,7 +114,7 @@ def test_refused(tmp_path, column, value, told):
     written.loc[2, column] = value
     with pytest.raises(RunError) as caught:
         write_run(tmp_path, "stairs", written, METADATA)
-    for words in ["stairs.csv", "Mend: ", *told]:
+    for words in ["stairs.csv", "Fix: ", *told]:
         assert words in str(caught.value)
     assert list(tmp_path.iterdir()) == []
 
@@ -122,5 +122,5 @@ def test_refused(tmp_path, column, value, told):
 def test_other_columns_are_refused(tmp_path):
     columns = Columns(time="t", position="q", position_unit="rad")
     other = Metadata(protocol="free", origin="synthetic", columns=columns, element_a=NoElement())
-    with pytest.raises(RunError, match=r"key columns.*own header.*Mend"):
+    with pytest.raises(RunError, match=r"key columns.*own header.*Fix"):
         write_run(tmp_path, "a", log(), other)

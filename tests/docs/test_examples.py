@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 
 import pytest
 import typer
@@ -13,6 +14,7 @@ from pages import DOCS, GUIDES, PAGES, PROJECT, README, blocks, command_lines, m
 
 from muscle_bayes.cli import app
 from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.validation import _models
 
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 LITTLE = """
@@ -96,3 +98,19 @@ def test_readme_fits_a_screen_and_names_how_to_test():
     lines = README.read_text(encoding="utf-8").splitlines()
     assert len(lines) <= 75
     assert command_lines(README, "make") == [["study", "PRESET=quick"], ["test"]]
+
+
+def test_every_key_of_the_run_format_is_explained():
+    told = re.findall(r"^\| (`[^|]*) \|", (DOCS / "run-format.md").read_text(), re.MULTILINE)
+    shown = Counter(re.findall(r"`(\w+)`", " ".join(told)))
+    for model in _tables(Metadata):
+        for key, field in model.model_fields.items():
+            if not list(_models(field.annotation)) and key != "kind" and not key.endswith("_b"):
+                assert shown[key] >= 1, f"{model.__name__}.{key}"
+
+
+def _tables(model):
+    yield model
+    for field in model.model_fields.values():
+        for inner in _models(field.annotation):
+            yield from _tables(inner)

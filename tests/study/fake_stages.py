@@ -15,7 +15,7 @@ name, result, made, *reads = sys.argv[1:]
 with open(made, "a") as file:
     file.write(name + "\\n")
 if any(Path(one).read_text() == "bad" for one in reads):
-    sys.exit("a reading is bad. Mend: mend it")
+    sys.exit("a reading is bad. Fix: mend it")
 while any(Path(one).read_text() == "slow" for one in reads):
     time.sleep(0.02)
 total = sum(int(json.loads(Path(one).read_text())) for one in reads)

@@ -41,14 +41,14 @@ def test_published_values_are_numbers_or_ranges(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("fixtures = ['a']", r"key fixtures: unknown key\. Mend: .*did you mean 'fixture'"),
-        ("friction = 'dry'", r"key friction: 'dry' is not known\. Mend: use one of coulomb, linear"),
+        ("fixtures = ['a']", r"key fixtures: unknown key\. Fix: .*did you mean 'fixture'"),
+        ("friction = 'dry'", r"key friction: 'dry' is not known\. Fix: use one of coulomb, linear"),
         ("seed = -1", r"key seed: -1: "),
         ("until = { a = 'late' }", r"key until"),
-        ("[[published]]\nname = 'A'", r"key published.*missing\. Mend: add"),
+        ("[[published]]\nname = 'A'", r"key published.*missing\. Fix: add"),
         (
             "[[published]]\nname='A'\nsource='B'\nof='muscle'\nvalues={J=[2.0, 1.0]}",
-            r"values\.J: \[2\.0, 1\.0\] is neither .* Mend: give a number",
+            r"values\.J: \[2\.0, 1\.0\] is neither .* Fix: give a number",
         ),
         ("muscle = [", r"not valid TOML"),
     ],
@@ -57,4 +57,4 @@ def test_what_is_wrong_names_file_key_and_mend(tmp_path, text, told):
     with pytest.raises(RunError, match=told) as caught:
         config(tmp_path, text)
     assert str(tmp_path / "study.toml") in str(caught.value)
-    assert "Mend: " in str(caught.value)
+    assert "Fix: " in str(caught.value)

@@ -94,7 +94,7 @@ def test_a_result_that_is_gone_is_made_again(tmp_path):
 
 def test_a_failed_stage_says_why_and_the_others_stand(tmp_path):
     plan = plan_in(tmp_path, x="1", y="bad")
-    with pytest.raises(MuscleBayesError, match=r"stage right: a reading is bad\. Mend: mend it"):
+    with pytest.raises(MuscleBayesError, match=r"stage right: a reading is bad\. Fix: mend it"):
         run(plan)
     plan.logs["y"].write_text("2")
     assert run(plan).made_ == ["right", "sum"]

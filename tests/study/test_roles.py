@@ -51,13 +51,13 @@ def test_names_of_the_config_come_first(shipped):
     [
         (
             StudyConfig(fixture=("sprig-1",)),
-            r"run 'sprig-1' is named, but there is none\. Mend: use",
+            r"run 'sprig-1' is named, but there is none\. Fix: use",
         ),
         (StudyConfig(until={"x": 1.0}), r"run 'x' is named, but there is none"),
         (StudyConfig(fixture=("spring-1",), held_out=("spring-1",)), r"named more than once"),
-        (StudyConfig(fixture=("sawtooth",)), r"key fixture: run 'sawtooth' has a muscle\. Mend"),
-        (StudyConfig(muscle=("spring-1",)), r"key muscle: run 'spring-1' has no muscle\. Mend"),
-        (StudyConfig(fixture=(), muscle=()), r"none is left to fit\. Mend"),
+        (StudyConfig(fixture=("sawtooth",)), r"key fixture: run 'sawtooth' has a muscle\. Fix"),
+        (StudyConfig(muscle=("spring-1",)), r"key muscle: run 'spring-1' has no muscle\. Fix"),
+        (StudyConfig(fixture=(), muscle=()), r"none is left to fit\. Fix"),
     ],
 )
 def test_roles_that_cannot_be_are_refused(shipped, config, told):

@@ -56,7 +56,7 @@ def fit(
     if isinstance(effort, str):
         if effort not in fitting.EFFORTS:
             raise MuscleBayesError(
-                f"there is no effort {effort!r}. Choose one of: {', '.join(fitting.EFFORTS)}."
+                f"there is no effort {effort!r}. Fix: choose one of {', '.join(fitting.EFFORTS)}."
             )
         effort = fitting.EFFORTS[effort]
     with shown_progress(progress) as report:

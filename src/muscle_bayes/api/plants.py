@@ -49,7 +49,7 @@ def plant_of(
     needed = ["J", "D", *(MUSCLE_PARAMETERS if has_muscle(run) else ())]
     needed += [f"{name}.{key}" for name in effects for key in effect_type(name).parameters]
     if missing := [name for name in needed if name not in values]:
-        raise MuscleBayesError(f"{run.name}: no value is given for {', '.join(missing)}; add it.")
+        raise MuscleBayesError(f"{run.name}: no value for {', '.join(missing)}. Fix: give it.")
     muscle = (
         MuscleParameters(**{name: values[name] for name in MUSCLE_PARAMETERS})
         if has_muscle(run)

@@ -77,7 +77,7 @@ class Board:
         if identified.protocol != PROTOCOL_VERSION:
             raise BoardError(
                 f"{self.name}: it speaks protocol {identified.protocol}, this program "
-                f"{PROTOCOL_VERSION}. Mend: load firmware and program of one version."
+                f"{PROTOCOL_VERSION}. Fix: load firmware and program of one version."
             )
         self.identity = identified
         return identified
@@ -148,7 +148,7 @@ class Board:
             if silence > SILENCE_LIMIT:
                 raise BoardError(
                     f"{self.name}: it owes an answer and has said nothing for {silence:.1f} s. "
-                    "Mend: check cable and power."
+                    "Fix: check cable and power."
                 )
         return messages
 
@@ -202,11 +202,11 @@ class Board:
     def _no_answer(self, verb: str, timeout: float) -> BoardError:
         if self._prompted and verb == "ID":
             return BoardError(
-                f"{self.name}: only the old firmware answers there. Mend: load the firmware of "
+                f"{self.name}: only the old firmware answers there. Fix: load the firmware of "
                 "this program, see docs/bench.md."
             )
         return BoardError(
-            f"{self.name}: no answer to {verb} in {timeout:g} s. Mend: check that a board is on "
+            f"{self.name}: no answer to {verb} in {timeout:g} s. Fix: check that a board is on "
             "this port, that it has power and the firmware (docs/bench.md)."
         )
 

@@ -84,23 +84,23 @@ def calibrate(
     lower, upper = (even, odd) if first == "lower" else (odd, even)
     if len(odd) < 2:
         raise CalibrationError(
-            f"{len(readings)} endstops were reached, 4 are needed. Mend: turn the rotor to and fro."
+            f"{len(readings)} endstops were reached, 4 are needed. Fix: turn the rotor to and fro."
         )
     for name, side in (("lower", lower), ("upper", upper)):
         if min(side) <= AT_STOP or max(side) >= FULL_SCALE - AT_STOP:
             raise CalibrationError(
                 f"the {name} endstop reads {mean(side):.0f}, an end of the converter's range. "
-                "Mend: turn the potentiometer on its shaft, or check its wiring."
+                "Fix: turn the potentiometer on its shaft, or check its wiring."
             )
         if stdev(side) > MOST_SPREAD:
             told = ", ".join(f"{reading:g}" for reading in side)
             raise CalibrationError(
-                f"the {name} endstop was read as {told} counts. Mend: turn the rotor against both "
+                f"the {name} endstop was read as {told} counts. Fix: turn the rotor against both "
                 "endstops each time and hold it there for a second."
             )
     span = mean(upper) - mean(lower)
     if abs(span) < TURN:
-        raise CalibrationError(f"the endstops lie {span:.0f} counts apart. Mend: check the shaft.")
+        raise CalibrationError(f"the endstops lie {span:.0f} counts apart. Fix: check the shaft.")
     scale = (stops[1] - stops[0]) / span
     # Rounding to whole counts is the same at every return, and so no repetition averages it out.
     errors = [sqrt(stdev(side) ** 2 / len(side) + 1 / 12) for side in (lower, upper)]

@@ -97,7 +97,7 @@ class Course:
             if since is None and now - self._start > self._timeout:
                 raise MuscleBayesError(
                     f"stage {self.number} ({describe(stage)}) was not stable after "
-                    f"{self._timeout:g} s. Mend: check the heater and the thermocouple, choose a "
+                    f"{self._timeout:g} s. Fix: check the heater and the thermocouple, choose a "
                     "setpoint that heater and room allow, or raise limits.stage_timeout."
                 )
         if over:

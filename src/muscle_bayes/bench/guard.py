@@ -167,7 +167,7 @@ class Guard:
         if duty < wanted[0] or temperature < wanted[2] - 0.05:
             raise RecordingError(
                 f"the heater board holds to tighter limits than the sequence's: duty {duty}, "
-                f"{temperature:g} C. Mend: press its reset button, or lower the sequence's limits"
+                f"{temperature:g} C. Fix: press its reset button, or lower the sequence's limits"
             )
 
     def _treat_faults(self, board: Board) -> None:
@@ -177,7 +177,7 @@ class Guard:
         self._tell("heater faults", faults=int(faults), meaning=explain(faults))
         if faults != Fault.DEADMAN:
             raise RecordingError(
-                f"the heater board has switched its heaters off: {explain(faults)}. Mend: look for "
+                f"the heater board has switched its heaters off: {explain(faults)}. Fix: look for "
                 "the cause, then record again with --clear-faults"
             )
         # The host was away and is back, and the board did what it should.
@@ -197,7 +197,7 @@ class Guard:
             if link.device is None
         ]
         if devices.sensor.device is not None and self._stream.stalled(now):
-            found.append("the sensor board sends no samples. Mend: check cable and power.")
+            found.append("the sensor board sends no samples. Fix: check cable and power.")
         if devices.meter.device is not None and (trouble := self._heating.trouble):
             found.append(trouble)
         if found and self._since is None:

@@ -55,7 +55,7 @@ class Heating:
                 shown = "no reading" if channel.verdict is Verdict.SILENT else channel.verdict
                 return (
                     f"thermocouple {channel.side.upper()}: {shown}. "
-                    f"Mend: {REMEDIES[channel.verdict]}."
+                    f"Fix: {REMEDIES[channel.verdict]}."
                 )
         return None
 

@@ -93,7 +93,7 @@ class Field:
             return NO_READING
         if value is None or not self.low <= value <= self.high:
             raise ProtocolError(
-                f"{self.name} is {value}. Mend: {self.low} to {self.high} ({self.meaning})."
+                f"{self.name} is {value}. Fix: {self.low} to {self.high} ({self.meaning})."
             )
         return str(int(value))
 
@@ -171,7 +171,7 @@ class Table:
             if command.verb == verb:
                 return command
         known = ", ".join(c.verb for c in self.commands)
-        raise ProtocolError(f"{verb!r} is no command. Mend: one of {known}.")
+        raise ProtocolError(f"{verb!r} is no command. Fix: one of {known}.")
 
 
 MESSAGES: Final = Table(

@@ -185,7 +185,7 @@ def first_reading(meter: MeterSource, clock: Clock, timeout: float) -> Reading:
         if clock.now() > end:
             garbled = f", {meter.garbled} garbled answers" if meter.garbled else ""
             raise MeterError(
-                f"the meter gave no reading in {timeout:g} s{garbled}. Mend: switch it on and its "
+                f"the meter gave no reading in {timeout:g} s{garbled}. Fix: switch it on and its "
                 "link (the display shows it), check the cable and --meter."
             )
         meter.poll()

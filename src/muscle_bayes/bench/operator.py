@@ -76,7 +76,7 @@ class Keyboard:
         if self._ended:
             raise MuscleBayesError(
                 "a load has to be changed and nobody can press a key: there is no keyboard. "
-                "Mend: run this in a terminal, or use a sequence without loads in its stages."
+                "Fix: run this in a terminal, or use a sequence without loads in its stages."
             )
 
 

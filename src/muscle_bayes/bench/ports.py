@@ -90,7 +90,7 @@ class PortFinder:
             else:
                 self._spare[met] = (url, board)
         raise PortError(
-            f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Mend: connect it and "
+            f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Fix: connect it and "
             "load the firmware; only a heater board has pin 4 tied to GND; or give --port; "
             "without a bench, --simulate."
         )
@@ -114,7 +114,7 @@ class PortFinder:
             self.in_use["meter"] = url
             return meter
         raise PortError(
-            f"no meter was found ({'; '.join(tried) or 'there is no port'}). Mend: connect the "
+            f"no meter was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
             "TMD-56 and switch on its link, or give --meter; without a bench, --simulate."
         )
 

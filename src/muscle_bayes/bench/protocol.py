@@ -163,7 +163,7 @@ def encode(sequence: int, verb: str, *arguments: int | None) -> bytes:
     command = MESSAGES.command(verb)
     if len(arguments) != len(command.arguments):
         names = " ".join(field.name for field in command.arguments) or "nothing"
-        raise ProtocolError(f"{verb} got {len(arguments)} arguments. Mend: it takes {names}.")
+        raise ProtocolError(f"{verb} got {len(arguments)} arguments. Fix: it takes {names}.")
     words = [SEQUENCE.write(sequence), verb]
     words += [field.write(value) for field, value in zip(command.arguments, arguments, strict=True)]
     return frame(">" + " ".join(words))
@@ -176,7 +176,7 @@ def read_answer(verb: str, reply: Reply) -> tuple[int | str | None, ...]:
     except ValueError as error:
         raise ProtocolError(
             f"the board's answer to {verb} is {' '.join(reply.words)!r}: {error}. "
-            f"Mend: load the firmware of this version (protocol {VERSION})."
+            f"Fix: load the firmware of this version (protocol {VERSION})."
         ) from None
 
 

@@ -140,7 +140,7 @@ def with_loads(name: str, room: float, loads: Sequence[float] = ()) -> BenchSequ
     }
     if name not in taking:
         raise MuscleBayesError(
-            f"{name} has loads of its own. Mend: give masses to {' or '.join(taking)} only, or "
+            f"{name} has loads of its own. Fix: give masses to {' or '.join(taking)} only, or "
             "change the sequence's file."
         )
     for load in loads:

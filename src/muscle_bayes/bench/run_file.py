@@ -85,7 +85,7 @@ class RunFile:
             if any(path.exists() for path in run_files(folder, name)):
                 raise RunFileError(
                     f"{self.path}: a run of this name exists. "
-                    "Mend: choose another --out or name; a recorded run is never replaced."
+                    "Fix: choose another --out or name; a recorded run is never replaced."
                 )
             self._write_metadata()
             self._events = _Lines(self.path.with_suffix(EVENTS_SUFFIX))
@@ -180,7 +180,7 @@ class RunFile:
         except OSError as error:
             raise RunFileError(
                 f"{self.path}: cannot be written: {error.strerror or error}. The {self.rows} rows "
-                "before are kept. Mend: free space on the disk, or choose another --out."
+                "before are kept. Fix: free space on the disk, or choose another --out."
             ) from None
 
 

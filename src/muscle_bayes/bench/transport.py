@@ -53,7 +53,7 @@ class SerialTransport:
             self._port = _opened(url, baudrate, parity)
         except (*LINE_ERRORS, ValueError) as error:
             raise TransportError(
-                f"{url}: cannot be opened: {_reason(error)}. Mend: check cable and name, and that "
+                f"{url}: cannot be opened: {_reason(error)}. Fix: check cable and name, and that "
                 "no other program holds the port; `muscle-bayes record --help` lists the options."
             ) from None
 
@@ -88,7 +88,7 @@ class SerialTransport:
     def _gone(self, error: BaseException) -> TransportError:
         self._lost = _reason(error)
         return TransportError(
-            f"{self.url}: the line is gone: {self._lost}. Mend: check the cable and the power."
+            f"{self.url}: the line is gone: {self._lost}. Fix: check the cable and the power."
         )
 
 

@@ -10,6 +10,7 @@ from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import guarded
 from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.fit import fit
+from muscle_bayes.cli.init import init
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
@@ -48,6 +49,7 @@ def _root(
     pass
 
 
+app.command("init")(guarded(init))
 app.command("inspect")(guarded(inspect))
 app.command("fit")(guarded(fit))
 app.command("check")(guarded(check))

@@ -62,7 +62,7 @@ def simulated_rig(path: Path | None) -> "Rig":
 def refuse_ports(ports: list[str] | None, meter: str | None) -> None:
     """Raise where ports are given for a bench that has none."""
     if ports or meter is not None:
-        raise MuscleBayesError("--simulate has no ports. Mend: leave --port and --meter out.")
+        raise MuscleBayesError("--simulate has no ports. Fix: leave --port and --meter out.")
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def calibrate(
 
     angles = stops or _stops(rig, simulate)
     if not angles[0] < angles[1]:
-        raise MuscleBayesError(f"--stops {angles[0]:g} {angles[1]:g}. Mend: lower first.")
+        raise MuscleBayesError(f"--stops {angles[0]:g} {angles[1]:g}. Fix: lower first.")
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())
         if simulate:
@@ -92,7 +92,7 @@ def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:
     fixture = None if rig is None else read_rig(rig).get("fixture")
     if fixture is None or fixture.stops is None:
         raise MuscleBayesError(
-            "the angles of the endstops are not known. Mend: give --stops LOWER UPPER in rad, or "
+            "the angles of the endstops are not known. Fix: give --stops LOWER UPPER in rad, or "
             "a --rig whose [fixture] has stops."
         )
     return fixture.stops
@@ -125,7 +125,7 @@ def _turn(devices: "Devices", wanted: int, timeout: float) -> list[float]:
             if now > end:
                 raise MuscleBayesError(
                     f"{len(finder.found)} of {wanted} endstops were reached in {timeout:g} s. "
-                    "Mend: turn the rotor from endstop to endstop, or give a longer --timeout."
+                    "Fix: turn the rotor from endstop to endstop, or give a longer --timeout."
                 )
     board.stream(0)
     return finder.found

@@ -92,7 +92,7 @@ def _save(figure: "Figure", target: Path) -> None:
     except OSError as error:
         reason = error.strerror or str(error)
         raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Mend: give another --out."
+            f"{target}: cannot be written: {reason}. Fix: give another --out."
         ) from None
 
 

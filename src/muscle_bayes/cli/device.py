@@ -36,6 +36,6 @@ def compute_on(device: Device) -> None:
         jax.devices("gpu")
     except RuntimeError:
         raise MuscleBayesError(
-            "--device gpu: JAX finds no GPU. Mend: install JAX with CUDA (`pip install "
+            "--device gpu: JAX finds no GPU. Fix: install JAX with CUDA (`pip install "
             "'jax[cuda13]'`) on a machine that has one, or use --device cpu"
         ) from None

@@ -1,4 +1,4 @@
-"""`muscle-bayes inspect`: what a run holds and what was repaired in it."""
+"""`muscle-bayes inspect`: what a run holds, what was repaired in it, what it assumes."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,7 +32,7 @@ def inspect(
         ),
     ] = None,
 ) -> None:
-    """Show what runs hold, what was repaired in them, and draw them."""
+    """Show what runs hold, what was repaired in them and what they assume, and draw them."""
     from rich.console import Console
 
     from muscle_bayes.data import find_runs
@@ -59,33 +59,37 @@ def _check_figure(figure: Path | None, out: Path | None, runs: int) -> None:
     if figure is None:
         return
     if figure.suffix != ".png":
-        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Mend: end the name in .png.")
+        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Fix: end the name in .png.")
     if out is not None or runs > 1:
         why = f"{runs} runs need a figure each" if runs > 1 else "given together with --out"
-        raise MuscleBayesError(f"--figure {figure}: {why}. Mend: give --out DIR alone.")
+        raise MuscleBayesError(f"--figure {figure}: {why}. Fix: give --out DIR alone.")
 
 
 def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
-    from muscle_bayes.data import read_run
+    from muscle_bayes.data import assumptions, read_run
     from muscle_bayes.report.run_figure import run_figure
     from muscle_bayes.report.run_summary import summarise
     from muscle_bayes.report.style import save
 
     run = read_run(log)
+    assumed = [(one.key, one.taken) for one in assumptions(run)]
     summary = summarise(run)
-    _print(run, summary, console)
+    _print(run, summary, assumed, console)
     try:
         save(run_figure(run), target)
     except OSError as error:
         reason = error.strerror or str(error)
         raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Mend: give another --figure or --out."
+            f"{target}: cannot be written: {reason}. Fix: give another --figure or --out."
         ) from None
     console.print(f"figure: {target}\n", soft_wrap=True, markup=False, highlight=False)
-    return summary | {"figure": target}
+    told = [{"key": key, "taken": taken} for key, taken in assumed]
+    return summary | {"assumed": told, "figure": target}
 
 
-def _print(run: "Run", summary: dict[str, Any], console: "Console") -> None:
+def _print(
+    run: "Run", summary: dict[str, Any], assumed: list[tuple[str, str]], console: "Console"
+) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -97,4 +101,6 @@ def _print(run: "Run", summary: dict[str, Any], console: "Console") -> None:
     for label, told in summary_lines(summary):
         loud = label == "origin" and run.metadata.origin == "synthetic"
         table.add_row(label, Text(told, style="bold reverse yellow" if loud else ""))
+    if assumed:
+        table.add_row("assumed", Text("\n".join(f"{key}: {taken}" for key, taken in assumed)))
     console.print(table)

@@ -25,7 +25,7 @@ def _measured(template: "Template", seed: int, out: Path) -> dict[str, Any]:
     if not found["converged"]:
         raise MuscleBayesError(
             "the posterior of the runs as measured did not converge, so no parameters can be drawn "
-            "from it. Mend: see `muscle-bayes fit` on these runs, or try another --seed."
+            "from it. Fix: see `muscle-bayes fit` on these runs, or try another --seed."
         )
     return found
 

@@ -52,7 +52,7 @@ def sequence(
     from muscle_bayes.bench.sequence_file import read_rig, to_toml
 
     if not 0.0 <= room <= 45.0:
-        raise MuscleBayesError(f"--room {room:g}: no room. Mend: give 0 to 45 C.")
+        raise MuscleBayesError(f"--room {room:g}: no room. Fix: give 0 to 45 C.")
     built = with_loads(regime.value, room, [grams / 1000 for grams in mass or []])
     if rig is not None:
         built = built.model_copy(update=read_rig(rig))
@@ -65,10 +65,10 @@ def sequence(
         with out.open("x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise MuscleBayesError(f"{out}: exists. Mend: choose another --out.") from None
+        raise MuscleBayesError(f"{out}: exists. Fix: choose another --out.") from None
     except OSError as error:
         raise MuscleBayesError(
-            f"{out}: cannot be written: {error.strerror or error}. Mend: choose another --out."
+            f"{out}: cannot be written: {error.strerror or error}. Fix: choose another --out."
         ) from None
     count = len(built.runs(out.stem))
     typer.echo(f"{out}: {count} run{'s' if count > 1 else ''}")

@@ -97,7 +97,7 @@ def simulate(
     if protocol == "shipped":
         given = (name, mass, friction, effect, rig, settings, stages, log_period, truth)
         if seed != 0 or any(value is not None and value != [] for value in given):
-            raise MuscleBayesError("shipped: the set is fixed. Mend: give --out and --json only.")
+            raise MuscleBayesError("shipped: the set is fixed. Fix: give --out and --json only.")
         with _Progress() as progress, _files(out):
             runs = write_shipped(out, progress.tell)
     else:
@@ -146,7 +146,7 @@ def _files(out: Path) -> Iterator[None]:
     except OSError as error:
         raise MuscleBayesError(
             f"{error.filename or out}: cannot be written: {error.strerror or error}. "
-            "Mend: choose another --out or --truth."
+            "Fix: choose another --out or --truth."
         ) from None
 
 

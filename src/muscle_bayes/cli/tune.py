@@ -85,7 +85,7 @@ def tune(
     wanted = _criterion(criterion, spec or [])
     if header is not None and law.value not in EXPORTED:
         raise MuscleBayesError(
-            f"--header: law {law.value!r} does not run on the firmware. Mend: use --law pi-antiwindup"
+            f"--header: law {law.value!r} does not run on the firmware. Fix: use --law pi-antiwindup"
         )
     joints, notes = load_joints(posterior, heater, fixture, joint, 2 * draws, seed)
     tuned_on, kept = joints.split(draws)
@@ -147,7 +147,7 @@ def _criterion(choice: CriterionChoice, spec: list[str]) -> "Criterion":
 
     if (choice is CriterionChoice.probability) != bool(spec):
         raise MuscleBayesError(
-            "--criterion probability and --spec belong together. Mend: give limits such as "
+            "--criterion probability and --spec belong together. Fix: give limits such as "
             "--spec tracking_error=0.02"
         )
     if choice is not CriterionChoice.probability:
@@ -161,7 +161,7 @@ def _criterion(choice: CriterionChoice, spec: list[str]) -> "Criterion":
             limit = -1.0
         if name not in JUDGED or not 0.0 < limit < float("inf"):
             raise MuscleBayesError(
-                f"--spec {text}: is no METRIC=LIMIT. Mend: use one of {', '.join(JUDGED)} and a "
+                f"--spec {text}: is no METRIC=LIMIT. Fix: use one of {', '.join(JUDGED)} and a "
                 "positive number, in rad, 1, s or C"
             )
         limits.append((name, limit))
@@ -182,6 +182,6 @@ def _scenarios(names: list[str], period: float) -> "list[Scenario]":
             chosen.append(read_scenario(Path(name), period))
         else:
             raise MuscleBayesError(
-                f"--scenario {name}: is not known. Mend: use a file, or one of {', '.join(known)}"
+                f"--scenario {name}: is not known. Fix: use a file, or one of {', '.join(known)}"
             )
     return chosen or standard

@@ -14,8 +14,8 @@ from muscle_bayes.control.heater import Heater
 from muscle_bayes.control.joint import Joint
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.rig import with_parameters
 from muscle_bayes.markup import html_table
 from muscle_bayes.physics.effects import effect_type
@@ -110,7 +110,7 @@ def joint_draws(
     group = posterior.tree["posterior"].to_dataset()
     if missing := [name for name in needed if name not in group]:
         raise MuscleBayesError(
-            f"the posterior has no {', '.join(missing)}. Mend: fit runs with a muscle, "
+            f"the posterior has no {', '.join(missing)}. Fix: fit runs with a muscle, "
             "`muscle-bayes fit STAIRCASE_RUN... --given FIXTURE.nc --out MUSCLE.nc`"
         )
     generator = np.random.default_rng(seed)

@@ -39,7 +39,7 @@ def bench_gains(gains: Gains, design: Design) -> BenchGains:
     if gains.law not in EXPORTED:
         raise MuscleBayesError(
             f"law {gains.law!r} does not run on the firmware, which knows PI with anti-windup and "
-            f"a bias. Mend: tune with --law {EXPORTED[1]}"
+            f"a bias. Fix: tune with --law {EXPORTED[1]}"
         )
     kp, ki = counts_gains(gains, design)
     found = BenchGains(
@@ -49,11 +49,11 @@ def bench_gains(gains: Gains, design: Design) -> BenchGains:
         if abs(value) > LARGEST:
             raise MuscleBayesError(
                 f"{name}: is {abs(value) / LARGEST:.1f} times what the firmware's integers hold. "
-                "Mend: use smaller gains, or a longer period for a larger integral"
+                "Fix: use smaller gains, or a longer period for a larger integral"
             )
         if value == 0 and exact != 0.0:
             raise MuscleBayesError(
-                f"{name}: is too small for the firmware's integers and would be zero. Mend: "
+                f"{name}: is too small for the firmware's integers and would be zero. Fix: "
                 "use a larger gain, or a longer period"
             )
     return found

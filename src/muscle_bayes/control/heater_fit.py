@@ -198,7 +198,7 @@ def fit_heater(
     found = [one for run in runs for one in stretches(run, law or HeaterLaw())]
     if not found:
         raise MuscleBayesError(
-            "these runs never leave it certain that a heater is off, or on at full duty. Mend: give "
+            "these runs never leave it certain that a heater is off, or on at full duty. Fix: give "
             "runs that cool from 90 C, and for the gain some that heat from room temperature to 90 C"
         )
     linear = _Linear(found)

@@ -135,7 +135,7 @@ def compare(
     if set(ours) != set(theirs) or any(ours[run].size != theirs[run].size for run in ours):
         raise MuscleBayesError(
             "the two posteriors were fitted to different readings and cannot be compared. "
-            "Mend: fit both to the same runs."
+            "Fix: fit both to the same runs."
         )
     times = first.tree["constant_data"].to_dataset()
     scores = {run: _score(ours[run] - theirs[run], times[f"{run}:time"].to_numpy()) for run in ours}

@@ -176,10 +176,10 @@ def replicate(
             return values, drawn
     if known is not None:
         raise MuscleBayesError(
-            "a draw of the posterior of the runs as measured cannot be simulated again. Mend: "
+            "a draw of the posterior of the runs as measured cannot be simulated again. Fix: "
             "look at that posterior first, with `muscle-bayes fit` and the same options"
         )
     raise MuscleBayesError(
-        f"none of {ATTEMPTS} draws of the prior can be simulated and moves. Mend: calibrate about the "
+        f"none of {ATTEMPTS} draws of the prior can be simulated and moves. Fix: calibrate about the "
         "runs as measured (--measured), or with J and D of an earlier fit (--given)"
     )

@@ -1,5 +1,7 @@
 """Runs: reading, repairing, writing."""
 
+from muscle_bayes.data.assumptions import Assumption, assumptions
+from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.elements import (
     ArmElement,
     Element,
@@ -9,22 +11,25 @@ from muscle_bayes.data.elements import (
 )
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import HEADER
+from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.metadata import Metadata, Origin, Protocol
 from muscle_bayes.data.metadata_file import read_metadata
 from muscle_bayes.data.reader import find_runs, read_run, read_runs
-from muscle_bayes.data.repair import Repair
+from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import Sensor
-from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer, Thermometer
+from muscle_bayes.data.tables import Fixture, Load, Potentiometer, Thermometer
 from muscle_bayes.data.writer import write_run
 
 __all__ = [
     "HEADER",
     "ArmElement",
+    "Assumption",
     "Columns",
     "Element",
     "Fixture",
     "Load",
+    "LogFormat",
     "Metadata",
     "MuscleElement",
     "NoElement",
@@ -37,6 +42,7 @@ __all__ = [
     "Sensor",
     "SpringElement",
     "Thermometer",
+    "assumptions",
     "find_runs",
     "read_metadata",
     "read_run",

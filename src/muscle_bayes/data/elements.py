@@ -4,10 +4,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Beyond 1e30 no number is a measurement in any unit, and sums of squares overflow.
+Finite = Annotated[float, Field(ge=-1e30, le=1e30, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=1e30, allow_inf_nan=False)]
 Linkage = Literal["pins", "drum", "straight"]
+SpringLinkage = Literal["pins", "drum", "straight", "torsion"]
 
 
 class Table(BaseModel):
@@ -32,20 +34,31 @@ class _Linked(Table):
 
     @model_validator(mode="after")
     def _linkage_has_its_lengths(self) -> "_Linked":
-        needed = {"pins": (), "drum": ("drum_radius", "length_at_zero")}.get(
-            self.linkage, ("length_at_zero",)
-        )
-        for key in ("drum_radius", "length_at_zero"):
-            given = getattr(self, key) is not None
-            if key in needed and not given:
-                raise ValueError(
-                    f"{key}: missing, linkage {self.linkage!r} needs it; add {key} in m"
-                )
-            if given and key not in needed:
-                raise ValueError(
-                    f"{key}: not used by linkage {self.linkage!r}; remove it or change linkage"
-                )
+        _check_lengths(self)
         return self
+
+
+_LENGTHS = {
+    "pins": (),
+    "drum": ("drum_radius", "length_at_zero"),
+    "straight": ("length_at_zero",),
+    "torsion": (),
+}
+
+
+def _check_lengths(element: "_Linked | SpringElement", optional: tuple[str, ...] = ()) -> None:
+    """Whether an element has the lengths that its linkage needs, and no others."""
+    needed = _LENGTHS[element.linkage]
+    for key in ("drum_radius", "length_at_zero"):
+        given = getattr(element, key) is not None
+        if key in needed and not given and key not in optional:
+            raise ValueError(
+                f"{key}: missing, linkage {element.linkage!r} needs it; add {key} in m"
+            )
+        if given and key not in needed:
+            raise ValueError(
+                f"{key}: not used by linkage {element.linkage!r}; remove it or change linkage"
+            )
 
 
 class MuscleElement(_Linked):
@@ -67,10 +80,51 @@ class MuscleElement(_Linked):
         return self
 
 
-class SpringElement(_Linked):
-    """The reference spring (eq. 12)."""
+class SpringElement(Table):
+    """A linear spring with a damper beside it; what is absent is to be estimated.
+
+    pins, drum, straight: tension rate (L - free_length) + damping dL/dt, L of the linkage [m]
+    torsion:              torque -(tension_at_zero + rate theta + damping omega) on the rotor
+    """
 
     kind: Literal["spring"] = "spring"
+    linkage: SpringLinkage = "pins"
+    drum_radius: Positive | None = None
+    """m"""
+    length_at_zero: Positive | None = None
+    """m, length at coordinate zero"""
+    rate: Positive | None = None
+    """N/m; N m/rad where linkage is torsion. None = estimated"""
+    free_length: Positive | None = None
+    """m, length at which the spring's line pulls with no force. None = estimated, unless
+    tension_at_zero says it"""
+    tension_at_zero: Finite | None = None
+    """N (N m where linkage is torsion), pull at coordinate zero; instead of free_length"""
+    closed_length: Positive | None = None
+    """m, length at which the coils touch: shorter, the spring does not pull. None = none"""
+    damping: NonNegative | None = None
+    """N s/m; N m s/rad where linkage is torsion. None = estimated"""
+
+    @model_validator(mode="after")
+    def _keys_agree(self) -> "SpringElement":
+        _check_lengths(self, optional=("length_at_zero",) if self.linkage == "straight" else ())
+        if self.free_length is not None and self.tension_at_zero is not None:
+            raise ValueError(
+                "free_length: given together with tension_at_zero; keep the one that was measured"
+            )
+        for key in ("free_length", "closed_length"):
+            if getattr(self, key) is None:
+                continue
+            if self.linkage == "torsion":
+                raise ValueError(
+                    f"{key}: a torsion spring has no length; give tension_at_zero in N m"
+                )
+            if self.linkage == "straight" and self.length_at_zero is None:
+                raise ValueError(
+                    f"length_at_zero: missing, {key} needs it; add length_at_zero in m, "
+                    f"or leave {key} out"
+                )
+        return self
 
 
 class ArmElement(Table):

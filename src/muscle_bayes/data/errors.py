@@ -1,4 +1,4 @@
-"""What went wrong with a run, told so that its owner can mend it."""
+"""What went wrong with a run, said so that its owner can fix it."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ class RunError(MuscleBayesError):
         cls,
         path: Path | str,
         problem: str,
-        mend: str,
+        fix: str,
         *,
         row: int | None = None,
         column: str | None = None,
@@ -27,4 +27,4 @@ class RunError(MuscleBayesError):
             place.append(f"column {column!r}")
         if key is not None:
             place.append(f"key {key}")
-        return cls(f"{', '.join(place)}: {problem.rstrip('.')}. Mend: {mend.rstrip('.')}.")
+        return cls(f"{', '.join(place)}: {problem.rstrip('.')}. Fix: {fix.rstrip('.')}.")

@@ -2,9 +2,38 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from muscle_bayes.data.errors import RunError
+
+LOG_SUFFIXES: Final = (
+    ".csv",
+    ".txt",
+    ".tsv",
+    ".dat",
+    ".log",
+    ".lvm",
+    ".parquet",
+    ".h5",
+    ".hdf5",
+)
+"""What a log's name may end in."""
+
+
+def log_beside(metadata: Path) -> Path:
+    """The log that belongs to NAME.toml: the file of that name that ends in one of LOG_SUFFIXES.
+
+    NAME.csv where there is none, or where there are several and it is one of them. Raises RunError
+    where there are several others.
+    """
+    logs = [path for suffix in LOG_SUFFIXES if (path := metadata.with_suffix(suffix)).exists()]
+    usual = metadata.with_suffix(".csv")
+    if not logs or usual in logs:
+        return usual
+    if len(logs) > 1:
+        names = ", ".join(path.name for path in logs)
+        raise RunError.at(metadata, f"several logs belong to it: {names}", "keep one, or name it")
+    return logs[0]
 
 
 def read_bytes(path: Path, what: str) -> bytes:

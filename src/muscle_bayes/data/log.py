@@ -1,15 +1,28 @@
-"""Log text -> raw table of cells, each row knowing its line in the file."""
+"""A log's text -> raw table of cells, each row knowing its line in the file."""
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from difflib import get_close_matches
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.repair import Repair
-from muscle_bayes.data.tables import Columns
+from muscle_bayes.data.log_format import LogFormat
+from muscle_bayes.data.names import column_label
+from muscle_bayes.data.reading.header import SaidUnit, place, unit_in_name
+from muscle_bayes.data.reading.header_place import take_header, why_not_there
+from muscle_bayes.data.reading.preamble import cell_separator, join_broken_header, without_comments
+from muscle_bayes.data.reading.rows import Row, parse_rows
+from muscle_bayes.data.reading.text import decode, split_lines
+from muscle_bayes.data.reading.widths import (
+    fit_rows,
+    pair_decimals,
+    usual_width,
+    without_blank_rows,
+    without_cut_row,
+    without_repeated_header,
+)
+from muscle_bayes.data.repairing.ledger import Repair
 
 HEADER: Final[tuple[str, ...]] = (
     "Time (s)",
@@ -24,7 +37,7 @@ HEADER: Final[tuple[str, ...]] = (
 )
 """The fixture's own header, as the thesis' script writes it."""
 
-_FIXTURE_COLUMNS: Final = {
+_FIXTURE_COLUMNS: Final[dict[str, str | int]] = {
     "time": HEADER[0],
     "reading": HEADER[8],
     "temperature_a": HEADER[1],
@@ -48,109 +61,135 @@ class RawLog:
     unreadable: tuple[int, ...]
     """lines of the rows left out because their cells cannot be told apart"""
     repairs: tuple[Repair, ...]
+    ordinals: tuple[int, ...] = ()
+    """number of each row among all rows, those left out included, from 0"""
+    said_units: dict[str, list[SaidUnit]] = field(default_factory=dict)
+    """canonical name -> what the log says of that column's unit"""
+    layout: LogFormat = field(default_factory=LogFormat)
+    """how the cells are written: as the metadata say, or the file itself"""
 
 
-def parse_log(content: bytes, path: Path, columns: Columns | None) -> RawLog:
-    """Split a log into cells; `columns` as in the metadata, None = the fixture's own header.
+def parse_log(
+    content: bytes, path: Path, columns: Columns | None, layout: LogFormat | None = None
+) -> RawLog:
+    """Split a log into cells.
 
-    Line ends may be LF, CR LF or CR in any mixture, blank lines count for nothing. Raises RunError.
+    Line ends may be LF, CR LF or CR in any mixture, blank lines count for nothing.
+
+    Args:
+        content: the file's bytes.
+        path: serves the messages, and its suffix says whether tabs separate columns.
+        columns: as in the metadata; None = the fixture's own header.
+        layout: as in the metadata; None = a plain CSV.
+
+    Raises:
+        RunError: the log cannot be split into cells; with file, row and column.
     """
-    text, repairs = _decode(content, path)
-    lines = re.sub("\r\n?", "\n", text).split("\n")
-    rows = [(n, line.split(",")) for n, line in enumerate(lines, 1) if line and not line.isspace()]
-    if not rows:
+    layout = layout or LogFormat()
+    text, repairs = decode(content, path, layout.encoding)
+    all_lines = split_lines(text)
+    lines = [(n, line) for n, line in enumerate(all_lines, 1) if n > layout.skip_lines]
+    ended = all_lines[-1] == ""
+    lines = [(n, line) for n, line in lines if line.strip()]
+    if not lines:
         raise RunError.at(path, "the log is empty", "give the log with its header and its rows")
-    header = [_bare(name) for name in rows.pop(0)[1]]
-    names = _wanted(columns)
-    places = {key: _place(header, name, path, columns) for key, name in names.items()}
+    lines, separator = cell_separator(lines, layout, path)
+    lines, comments, hidden = without_comments(lines, layout.comment, separator, columns)
+    repairs += comments
+    if not lines:
+        raise RunError.at(
+            path, "the log holds comments only", "give its rows, or correct log.comment"
+        )
+    if layout.header and hidden is None:
+        lines = join_broken_header(lines)
+    rows, broken = parse_rows(lines, separator)
+    spoilt = [line for line, _ in broken]
+    return assemble(rows, spoilt, path, columns, layout, ended, repairs, hidden)
+
+
+def assemble(
+    rows: list[Row],
+    broken: list[int],
+    path: Path,
+    columns: Columns | None,
+    layout: LogFormat,
+    ended: bool = True,
+    repairs: Sequence[Repair] = (),
+    hidden: Row | None = None,
+) -> RawLog:
+    """The wanted columns of rows, the first of which may be the header.
+
+    Args:
+        rows: all rows of cells.
+        broken: lines that are no rows because a quote in them is not closed.
+        path: serves the messages.
+        columns: as in the metadata; None = the fixture's own header.
+        layout: as in the metadata.
+        ended: whether the last line has its line end.
+        repairs: what was repaired before.
+        hidden: a header that stands in a comment, if one was found there.
+
+    Raises:
+        RunError: see `parse_log`.
+    """
+    repairs = list(repairs)
+    names = _wanted(columns, layout)
+    paired = layout.decimal == "," and layout.cell_separator == ","
+    header, said, rows, row = take_header(rows, hidden, columns, layout, path)
+    rows = pair_decimals(rows) if paired else rows
+    width = len(header) if layout.header else usual_width(rows)
+    hint = why_not_there(rows, names, layout, width) if layout.header else ""
+    labels = header if layout.header else [f"column {i + 1}" for i in range(width)]
+    places = {
+        key: place(labels, name, path, row, columns is None, hint) for key, name in names.items()
+    }
     if columns is None:
         for name in HEADER:
-            _place(header, name, path, columns)
-    rows, short = _without_cut_row(rows, len(header), ended=lines[-1] == "")
-    long = [line for line, row in rows if _too_long(row, len(header))]
-    if long:
-        rows = [(line, row) for line, row in rows if not _too_long(row, len(header))]
-        note = f"more than the header's {len(header)} cells: row dropped"
-        repairs.append(Repair("long row", len(long), long[0], note))
+            place(header, name, path, row, True)
+    rows, cut = without_cut_row(rows, width, ended)
+    rows, blank = without_blank_rows(rows)
+    repairs += blank
+    if layout.header:
+        rows, again = without_repeated_header(rows, header)
+        repairs += again
+    if broken:
+        note = "a quote is opened and not closed: row dropped"
+        repairs.append(Repair("broken quote", len(broken), broken[0], note))
+    order = {line: at for at, line in enumerate(sorted([line for line, _ in rows] + broken))}
+    named = "the header" if layout.header else "the log"
+    rows, unreadable, uneven = fit_rows(rows, width, path, named)
+    repairs += uneven
     if len(rows) < 2:
         raise RunError.at(
             path, f"{len(rows)} whole rows after the header", "give a log with two rows or more"
         )
-    cells = {
-        key: tuple(row[place] if place < len(row) else "" for _, row in rows)
-        for key, place in places.items()
-    }
-    lines_kept = tuple(line for line, _ in rows)
-    return RawLog(path, names, cells, lines_kept, tuple(long), (*repairs, *short))
+    said_by_name = {at: unit_in_name(header[at]) for at in places.values() if layout.header}
+    return RawLog(
+        path=path,
+        columns={
+            key: labels[at] if isinstance(names[key], int) else column_label(names[key])
+            for key, at in places.items()
+        },
+        cells={key: tuple(cells[at] for _, cells in rows) for key, at in places.items()},
+        lines=tuple(line for line, _ in rows),
+        unreadable=tuple(sorted([*unreadable, *broken])),
+        repairs=(*repairs, *cut),
+        ordinals=tuple(order[line] for line, _ in rows),
+        said_units={
+            key: [*said.get(at, []), *said_by_name.get(at, [])] for key, at in places.items()
+        },
+        layout=layout,
+    )
 
 
-def _bare(name: str) -> str:
-    return name.strip().strip('"').strip()
-
-
-def _decode(content: bytes, path: Path) -> tuple[str, list[Repair]]:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise RunError.at(path, "the log is UTF-16 text", "save it as UTF-8")
-    try:
-        return content.decode("utf-8-sig"), []
-    except UnicodeDecodeError as error:
-        before = content[: error.start].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        line = before.count(b"\n") + 1
-        repair = Repair("encoding", 1, line, "not UTF-8: the whole file was read as Latin-1")
-        return content.decode("latin-1"), [repair]
-
-
-def _wanted(columns: Columns | None) -> dict[str, str]:
+def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:
     if columns is None:
         return dict(_FIXTURE_COLUMNS)
-    named = {"time": columns.time, "reading": columns.position}
+    named: dict[str, str | int] = {}
+    if layout.sample_rate is None and columns.time is not None:
+        named["time"] = columns.time
+    named["reading"] = columns.position
     for key in ("temperature_a", "temperature_b", "load", "applied"):
         if (name := getattr(columns, key)) is not None:
             named[key] = name
-    return {key: _bare(name) for key, name in named.items()}
-
-
-def _place(header: Sequence[str], name: str, path: Path, columns: Columns | None) -> int:
-    """Where a column stands in the header."""
-    found = header.count(name)
-    if found == 1:
-        return header.index(name)
-    listed = ", ".join(repr(name[:60]) for name in header[:20])
-    if found > 1:
-        problem = f"expected once, found {found} times in the header {listed}"
-        raise RunError.at(path, problem, "rename or remove the others", row=1, column=name)
-    close = get_close_matches(name, header, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
-    if ";" in listed or "\\t" in listed:
-        mend = "separate the columns by commas, with a point in decimal numbers"
-    elif columns is None:
-        mend = f"give the fixture's header, or name the log's own columns in [columns]{hint}"
-    else:
-        mend = f"correct the name in [columns]{hint}"
-    raise RunError.at(path, f"expected, not found; found {listed}", mend, row=1, column=name)
-
-
-_Rows = list[tuple[int, list[str]]]
-
-
-def _without_cut_row(rows: _Rows, width: int, ended: bool) -> tuple[_Rows, list[Repair]]:
-    """Drop a last row that lacks cells, or whose last cell lacks its end.
-
-    A number cut short is still a number: without a line end, a last cell that is the beginning of
-    the cell above it (51 below 512) is taken for cut.
-    """
-    if not rows:
-        return rows, []
-    line, last = rows[-1]
-    cut = len(last) < width
-    if not ended and not cut and len(rows) > 1:
-        above, cell = rows[-2][1][-1].strip(), last[-1].strip()
-        cut = cell == "" or (cell != above and above.startswith(cell))
-    if not cut:
-        return rows, []
-    return rows[:-1], [Repair("cut row", 1, line, "the last row is cut short: dropped")]
-
-
-def _too_long(row: list[str], width: int) -> bool:
-    """More cells than the header: which is whose cannot be told. Blank ones at the end are none."""
-    return len(row) > width and any(cell.strip() for cell in row[width:])
+    return named

@@ -4,12 +4,15 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from muscle_bayes.conventions import PositionUnit
+from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.elements import ArmElement, Element, NoElement, Table
-from muscle_bayes.data.tables import Columns, Fixture, Load, Potentiometer, Thermometer
+from muscle_bayes.data.log_format import LogFormat
+from muscle_bayes.data.tables import Fixture, Load, Potentiometer, Thermometer
+from muscle_bayes.data.units import COUNTS, Kind, Unit, examples, position_kinds, unit_of
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free"]
 Origin = Literal["synthetic", "measured"]
+Measured = Literal["position", "velocity"]
 
 
 class Metadata(Table):
@@ -26,15 +29,28 @@ class Metadata(Table):
     fixture: Fixture = Fixture()
     potentiometer: Potentiometer | None = None
     thermometer: Thermometer | None = None
+    log: LogFormat = LogFormat()
     columns: Columns | None = None
     element_a: Element
     element_b: Element = NoElement()
     load: Load | None = None
 
     @property
-    def position_unit(self) -> PositionUnit:
-        """Unit of the log's position column."""
-        return "counts" if self.columns is None else self.columns.position_unit
+    def position_unit(self) -> str:
+        """Unit of the log's position column, as the metadata write it."""
+        return COUNTS if self.columns is None else self.columns.position_unit
+
+    @property
+    def output(self) -> Unit:
+        """Unit of the measured output, with its factor to SI."""
+        unit = unit_of(self.position_unit, position_kinds(self.fixture.motion))
+        assert unit is not None, "Metadata guarantees a unit that fits the motion"
+        return unit
+
+    @property
+    def measured(self) -> Measured:
+        """What the log's position column holds: the coordinate, or its rate."""
+        return "velocity" if "velocity" in self.output.kind else "position"
 
     @property
     def has_load(self) -> bool:
@@ -44,24 +60,52 @@ class Metadata(Table):
     @model_validator(mode="after")
     def _tables_agree(self) -> "Metadata":
         self._check_position()
+        self._check_columns()
         self._check_load()
         for side in ("a", "b"):
             self._check_element(side)
         return self
 
     def _check_position(self) -> None:
-        unit, motion = self.position_unit, self.fixture.motion
-        if unit == "counts" and self.potentiometer is None:
+        text, motion = self.position_unit, self.fixture.motion
+        kinds = position_kinds(motion)
+        if text == COUNTS and motion == "rotary" and self.potentiometer is None:
             raise ValueError(
                 "potentiometer: missing, the position is in counts; add [potentiometer] with "
                 "zero_reading and radians_per_count, or set columns.position_unit"
             )
-        fits = ("m", "mm") if motion == "linear" else ("counts", "rad", "deg")
-        if unit not in fits:
+        if unit_of(text, kinds) is None:
             raise ValueError(
-                f"columns.position_unit: {unit!r} does not fit fixture.motion = {motion!r}; "
-                f"use one of {', '.join(fits)}, or change fixture.motion"
+                f"columns.position_unit: {text!r} does not fit fixture.motion = {motion!r}; "
+                f"use one such as {examples(kinds)}, or change fixture.motion"
             )
+
+    def _check_columns(self) -> None:
+        columns, layout = self.columns, self.log
+        if columns is None:
+            if layout.sample_rate is not None or not layout.header:
+                key = "log.header" if not layout.header else "log.sample_rate"
+                raise ValueError(f"{key}: needs to know the columns; add [columns] with position")
+            return
+        if columns.time is None and layout.sample_rate is None:
+            raise ValueError(
+                "columns.time: missing; name the time column, or give log.sample_rate in Hz "
+                "where the log has none"
+            )
+        if not layout.header:
+            for key in ("time", "position", "temperature_a", "temperature_b", "load", "applied"):
+                if isinstance(name := getattr(columns, key), str):
+                    raise ValueError(
+                        f"columns.{key}: {name!r} is a name, and log.header = false says that the "
+                        "log has none; give the column's number, the first being 1"
+                    )
+        if columns.applied_unit is not None:
+            fits: Kind = "force" if self.fixture.motion == "linear" else "torque"
+            if unit_of(columns.applied_unit, (fits,)) is None:
+                raise ValueError(
+                    f"columns.applied_unit: {columns.applied_unit!r} does not fit fixture.motion = "
+                    f"{self.fixture.motion!r}; use one such as {examples((fits,))}"
+                )
 
     def _check_load(self) -> None:
         if self.load is not None and self.columns is not None and self.columns.load is not None:
@@ -83,7 +127,9 @@ class Metadata(Table):
                     "'linear'; use rotary motion or another element"
                 )
             return
-        fits = ("straight",) if motion == "linear" else ("pins", "drum")
+        fits: tuple[str, ...] = ("straight",) if motion == "linear" else ("pins", "drum")
+        if element.kind == "spring" and motion == "rotary":
+            fits = (*fits, "torsion")
         if element.linkage not in fits:
             raise ValueError(
                 f"element_{side}.linkage: {element.linkage!r} does not fit fixture.motion = "

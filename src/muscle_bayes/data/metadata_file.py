@@ -1,4 +1,4 @@
-"""NAME.toml -> Metadata, with errors that name file, key and mend."""
+"""NAME.toml -> Metadata, with errors that name file, key and fix."""
 
 from pathlib import Path
 
@@ -21,5 +21,5 @@ def parse_metadata(content: bytes, path: Path | str) -> Metadata:
     try:
         return Metadata.model_validate(tables)
     except ValidationError as error:
-        key, problem, mend = explain(error, Metadata)
-        raise RunError.at(path, problem, mend, key=key) from None
+        key, problem, fix = explain(error, Metadata)
+        raise RunError.at(path, problem, fix, key=key) from None

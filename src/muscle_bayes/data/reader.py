@@ -7,41 +7,96 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from muscle_bayes.data.cells import numbers
-from muscle_bayes.data.clock import drop_duplicates, mend_backward_jumps, report_gaps
+from muscle_bayes.data.checking.column_units import ColumnUnit, column_units
+from muscle_bayes.data.checking.magnitudes import check_magnitudes, check_position
+from muscle_bayes.data.checking.stops import refuse_beyond_stops
+from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import read_bytes
-from muscle_bayes.data.log import RawLog, parse_log
+from muscle_bayes.data.files import LOG_SUFFIXES, log_beside, read_bytes
+from muscle_bayes.data.log import RawLog
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.metadata_file import parse_metadata
-from muscle_bayes.data.repair import Ledger, drop_faulty, drop_glitches, hold_last, hold_temperature
+from muscle_bayes.data.reading.cells import blank_cells, numbers
+from muscle_bayes.data.reading.clock_formats import read_times
+from muscle_bayes.data.reading.kinds import parse_any
+from muscle_bayes.data.repairing.clock import (
+    drop_duplicates,
+    refuse_falling_time,
+    report_gaps,
+    undo_backward_jumps,
+)
+from muscle_bayes.data.repairing.counters import unwrap_counter
+from muscle_bayes.data.repairing.faults import (
+    drop_faulty,
+    drop_glitches,
+    drop_jumps,
+    hold_last,
+    hold_temperature,
+)
+from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
+from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
+from muscle_bayes.data.repairing.turns import unwrap_turns
 from muscle_bayes.data.run import COLUMNS, Run
+from muscle_bayes.data.tables import CONVERTER_BITS
+from muscle_bayes.data.units import COUNTS
 
 
 def read_run(path: Path | str) -> Run:
-    """Read the run of NAME.csv and NAME.toml, given by either. Raises RunError."""
+    """Read the run of a log and its NAME.toml, given by either.
+
+    Args:
+        path: NAME.csv (or another kind of log, see LOG_SUFFIXES) or NAME.toml.
+
+    Returns:
+        The run, in SI units but for its readings, with what was repaired.
+
+    Raises:
+        RunError: with file, row, column or key, what is wrong there and how to fix it.
+    """
     path = Path(path)
     if not path.suffix and not path.exists():
         raise RunError.at(path, "no such file or folder", "correct the path")
-    if path.suffix not in (".csv", ".toml"):
+    if path.suffix.lower() not in (".toml", *LOG_SUFFIXES):
         raise RunError.at(path, "is neither NAME.csv nor NAME.toml", "name one of the run's files")
-    log_path, metadata_path = path.with_suffix(".csv"), path.with_suffix(".toml")
+    log_path = log_beside(path) if path.suffix.lower() == ".toml" else path
+    metadata_path = path.with_suffix(".toml")
     log = read_bytes(log_path, "the run's log")
     about = read_bytes(metadata_path, "the run's metadata")
+    return run_from_bytes(log, about, log_path, metadata_path)
+
+
+def run_from_bytes(log: bytes, about: bytes, log_path: Path, metadata_path: Path) -> Run:
+    """The run in the bytes of a log and of its metadata; paths serve name, kind and messages.
+
+    Raises RunError.
+    """
     metadata = parse_metadata(about, metadata_path)
-    ledger = _numbers(parse_log(log, log_path, metadata.columns))
+    raw = parse_any(log, log_path, metadata)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _run(raw, metadata, log_path, sha256(log + about).hexdigest())
+
+
+def _run(raw: RawLog, metadata: Metadata, path: Path, checksum: str) -> Run:
+    units = column_units(raw, metadata)
+    ledger, blank, clock = _numbers(raw)
     first_time = _first_time(ledger)
-    _repair(ledger, metadata)
+    slower = _repair(ledger, blank, metadata, units, clock)
     time = ledger.columns["time"]
+    scale = _time_factor(units, clock)
+    lead = float(time[0]) - first_time * scale
+    if "wrapped counter" in {repair.rule for repair in ledger.repairs}:
+        lead = max(lead, 0.0)
     return Run(
         name=path.stem,
-        path=log_path,
+        path=path,
         metadata=metadata,
-        table=_table(ledger, metadata, float(time[0]) - first_time),
+        table=_table(ledger, metadata, lead),
         repairs=tuple(ledger.repairs),
-        checksum=sha256(log + about).hexdigest(),
+        checksum=checksum,
         start=float(time[0]),
-        dropped_lead=float(time[0]) - first_time,
+        dropped_lead=lead,
+        clock=clock,
+        own_times={key: times - float(time[0]) for key, times in slower.items()},
     )
 
 
@@ -49,7 +104,7 @@ def read_runs(paths: Sequence[Path | str]) -> list[Run]:
     """Read runs, and repair by stated rules what can be repaired.
 
     Args:
-        paths: NAME.csv or NAME.toml of each run; a folder stands for every CSV in it, sorted.
+        paths: the log or the NAME.toml of each run; a folder stands for every run in it, sorted.
 
     Returns:
         The runs, in the order in which they were named. Readings are in the log's own unit, times in
@@ -70,15 +125,21 @@ def read_runs(paths: Sequence[Path | str]) -> list[Run]:
 
 
 def find_runs(paths: Sequence[Path | str]) -> list[Path]:
-    """The log of every run named. Raises RunError where there is none or two share a name."""
+    """The log of every run named.
+
+    A folder stands for every CSV in it, and for every log of another kind that has a NAME.toml.
+
+    Raises:
+        RunError: there is none, or two share a name.
+    """
     logs: list[Path] = []
     for path in map(Path, paths):
-        found = sorted(path.glob("*.csv")) if path.is_dir() else [path]
+        found = _in_folder(path) if path.is_dir() else [path]
         if not found:
             raise RunError.at(path, "no runs: the folder holds no CSV", "name a folder of runs")
-        logs += [log.with_suffix(".csv") if log.suffix == ".toml" else log for log in found]
+        logs += [log_beside(log) if log.suffix == ".toml" else log for log in found]
     if not logs:
-        raise RunError("No runs were named. Mend: name a run or a folder of runs.")
+        raise RunError("No runs were named. Fix: name a run or a folder of runs.")
     logs = list(dict.fromkeys(logs))  # NAME.csv and NAME.toml both named are one run
     seen: dict[str, Path] = {}
     for log in logs:
@@ -87,27 +148,79 @@ def find_runs(paths: Sequence[Path | str]) -> list[Path]:
     return logs
 
 
-def _numbers(raw: RawLog) -> Ledger:
-    columns = {key: numbers(cells) for key, cells in raw.cells.items()}
+def _in_folder(folder: Path) -> list[Path]:
+    others = [
+        log
+        for log in folder.iterdir()
+        if log.suffix.lower() in LOG_SUFFIXES
+        and log.suffix != ".csv"
+        and log.with_suffix(".toml").exists()
+    ]
+    return sorted([*folder.glob("*.csv"), *others])
+
+
+def _numbers(raw: RawLog) -> tuple[Ledger, dict[str, Mask], str]:
+    """Numbers of all columns, which cells are blank, and the format of the time column."""
+    layout, columns = raw.layout, {}
+    clock = "number"
+    for key, cells in raw.cells.items():
+        if key == "time":
+            times = read_times(cells, layout.time_format, layout.decimal, layout.thousands)
+            columns[key], clock = times.values, times.kind
+        else:
+            columns[key] = numbers(cells, layout.decimal, layout.thousands)
+        refuse_unreadable_column(cells, columns[key], raw.lines, raw.path, raw.columns[key], layout)
+    names = dict(raw.columns)
+    if layout.sample_rate is not None:
+        columns["time"] = np.asarray(raw.ordinals, dtype=np.float64) / layout.sample_rate
+        names["time"], clock = "the sample rate", "rate"
     lines = np.asarray(raw.lines, dtype=np.int64)
-    return Ledger(raw.path, raw.columns, columns, lines, list(raw.repairs), set(raw.unreadable))
+    blank = {key: blank_cells(cells) for key, cells in raw.cells.items()}
+    ledger = Ledger(raw.path, names, columns, lines, list(raw.repairs), set(raw.unreadable))
+    return ledger, blank, clock
 
 
 def _first_time(ledger: Ledger) -> float:
-    """Time of the log's first row, whose other cells may be bad."""
+    """Time of the log's first row, whose other cells may be bad, in the log's own unit."""
     times = ledger.columns["time"]
     good = times[np.isfinite(times)]
     return float(good[0]) if good.size else 0.0
 
 
-def _repair(ledger: Ledger, metadata: Metadata) -> None:
+def _time_factor(units: dict[str, ColumnUnit], clock: str) -> float:
+    """s in one of the time column's unit; clocks and a sample rate give seconds."""
+    return units["time"].unit.factor if clock == "number" and "time" in units else 1.0
+
+
+def _repair(
+    ledger: Ledger,
+    blank: dict[str, Mask],
+    metadata: Metadata,
+    units: dict[str, ColumnUnit],
+    clock: str,
+) -> dict[str, Floats]:
+    """Make every column good, in SI units but for readings; times of slower sensors' readings."""
     for key in ("setpoint_a", "setpoint_b", "temperature_b", "temperature_a"):
         _drop_empty_column(ledger, metadata, key)
-    for key in ("time", "reading", "applied"):
+    bad_time = ~np.isfinite(ledger.columns["time"])
+    drop_faulty(ledger, "time")
+    _refuse_few_rows(ledger)
+    blank = {key: mask[~bad_time] for key, mask in blank.items()}
+    unwrap_counter(ledger, clock)
+    _to_si(ledger, units, clock)
+    refuse_falling_time(ledger)
+    check_magnitudes(ledger, units, metadata, clock)
+    slower = fill_slow_columns(ledger, blank)
+    for key in ("reading", "applied"):
         if key in ledger.columns:
             drop_faulty(ledger, key)
-    if metadata.position_unit == "counts":
-        drop_glitches(ledger)
+    _refuse_few_rows(ledger)
+    if metadata.position_unit == COUNTS and metadata.potentiometer is not None:
+        drop_glitches(ledger, metadata.potentiometer.bits or CONVERTER_BITS)
+    if metadata.output.kind == "angle":
+        unwrap_turns(ledger, metadata.output.factor)
+    drop_jumps(ledger)
+    check_position(ledger, units, metadata)
     for key in ("temperature_a", "temperature_b"):
         if key in ledger.columns:
             hold_temperature(ledger, key)
@@ -116,9 +229,27 @@ def _repair(ledger: Ledger, metadata: Metadata) -> None:
             faulty = ~np.isfinite(ledger.columns[key])
             hold_last(ledger, key, faulty, "bad cell", "blank or no finite number")
     drop_duplicates(ledger)
-    mend_backward_jumps(ledger)
+    undo_backward_jumps(ledger)
     report_gaps(ledger)
     _refuse_negative_load(ledger)
+    refuse_beyond_stops(ledger, metadata)
+    _refuse_few_rows(ledger)
+    return slower
+
+
+def _to_si(ledger: Ledger, units: dict[str, ColumnUnit], clock: str) -> None:
+    """Columns in s, C, kg and N or N m; readings stay as logged."""
+    for key, column in units.items():
+        if key == "reading" or key not in ledger.columns:
+            continue
+        if key == "time" and clock != "number":
+            continue
+        unit = column.unit
+        if (unit.factor, unit.offset) != (1.0, 0.0):
+            ledger.columns[key] = ledger.columns[key] * unit.factor + unit.offset
+
+
+def _refuse_few_rows(ledger: Ledger) -> None:
     if ledger.lines.size < 2:
         raise RunError.at(
             ledger.path, f"{ledger.lines.size} good rows", "give a log with two rows or more"

@@ -1,18 +1,19 @@
 """One experiment: its table, its metadata, its sensor and what was repaired."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
+from math import inf
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from muscle_bayes.conventions import PositionUnit
-from muscle_bayes.data.clock import gaps
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.metadata import Metadata
-from muscle_bayes.data.repair import Repair
+from muscle_bayes.data.metadata import Measured, Metadata
+from muscle_bayes.data.repairing.clock import gaps
+from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.sensor import Sensor, sensor_of
 
 COLUMNS = (
@@ -53,6 +54,11 @@ class Run:
     """the log's own time of the first row kept, s"""
     dropped_lead: float = 0.0
     """s between the log's first row and the first row kept"""
+    clock: str = "number"
+    """how the log gives time: number, hms, iso, pattern, or rate (no time column)"""
+    own_times: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """column -> times of its own readings, s on the table's clock, of sensors slower than the rows;
+    the table holds straight lines between them (of loads and applied forces the last value)"""
 
     @property
     def duration(self) -> float:
@@ -66,12 +72,13 @@ class Run:
         if len(table) < MIN_ROWS:
             raise RunError(
                 f"{self.name}: only {len(table)} rows lie before {time:g} s, "
-                f"at least {MIN_ROWS} are needed. Mend: choose a later time."
+                f"at least {MIN_ROWS} are needed. Fix: choose a later time."
             )
-        return replace(self, table=table)
+        own = {key: times[times < time] for key, times in self.own_times.items()}
+        return replace(self, table=table, own_times=own)
 
     @property
-    def unit(self) -> PositionUnit:
+    def unit(self) -> str:
         """Unit of the readings."""
         return self.metadata.position_unit
 
@@ -82,13 +89,41 @@ class Run:
         return self.table["time"].to_numpy() - (0.0 if meter is None else meter.delay)
 
     @cached_property
-    def sensor(self) -> Sensor:
-        """Conversion between readings and the rotor coordinate."""
+    def output_sensor(self) -> Sensor:
+        """Conversion between readings and what was measured: the coordinate, or its rate."""
         return sensor_of(self.metadata, self.table["reading"].to_numpy())
+
+    @property
+    def sensor(self) -> Sensor:
+        """Conversion between readings and the rotor coordinate. Raises RunError of velocities."""
+        if self.measured == "velocity":
+            raise RunError.at(
+                self.path or self.name,
+                f"the log measures a velocity, in {self.unit}, where a position is needed",
+                "log the position, or integrate the velocity to one",
+                key="columns.position_unit",
+            )
+        return self.output_sensor
+
+    @property
+    def measured(self) -> Measured:
+        """Whether readings are of the coordinate, or of its rate."""
+        return self.metadata.measured
+
+    @property
+    def stops(self) -> tuple[float, float]:
+        """Lower and upper endstop, rad or m; infinite where the metadata state none."""
+        stops = self.metadata.fixture.stops
+        return (-inf, inf) if stops is None else (stops[0], stops[1])
+
+    @cached_property
+    def output(self) -> np.ndarray:
+        """What was measured, in SI: rad or m, or rad/s or m/s, shape (rows,)."""
+        return self.output_sensor.coordinate(self.table["reading"].to_numpy())
 
     @cached_property
     def coordinate(self) -> np.ndarray:
-        """Rotor coordinate of each row, rad or m, shape (rows,)."""
+        """Rotor coordinate of each row, rad or m, shape (rows,). Raises RunError of velocities."""
         return self.sensor.coordinate(self.table["reading"].to_numpy())
 
     @cached_property
@@ -123,6 +158,6 @@ class Run:
             self.metadata.protocol,
             self.metadata.origin.upper() if self.metadata.origin == "synthetic" else "measured",
             f"{len(self.table)} rows, {self.duration:.1f} s",
-            f"position in {self.unit}",
+            f"{self.measured} in {self.unit}",
             f"{repairs} repairs" if repairs else "no repairs",
         ]

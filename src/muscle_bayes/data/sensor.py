@@ -1,15 +1,12 @@
 """The position sensor: log readings <-> rotor coordinate."""
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from muscle_bayes.conventions import PositionUnit
 from muscle_bayes.data.metadata import Metadata
 
-_SI = {"rad": 1.0, "deg": pi / 180.0, "m": 1.0, "mm": 1e-3}
 _MOST_DECIMALS = 12
 ZERO_UNCERTAINTY = 2.0
 """Standard uncertainty of a potentiometer's zero where none is told, counts."""
@@ -17,9 +14,9 @@ ZERO_UNCERTAINTY = 2.0
 
 @dataclass(frozen=True)
 class Sensor:
-    """q = sign scale (reading - zero), q in rad or m."""
+    """q = sign scale (reading - zero), q in rad or m; its rate, where a velocity is measured."""
 
-    unit: PositionUnit
+    unit: str
     """unit of the readings"""
     zero: float
     """reading at q = 0"""
@@ -54,7 +51,7 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
         columns = metadata.columns
         assert columns is not None, "Metadata guarantees columns where the unit is not counts"
         zero, uncertainty = columns.position_zero or 0.0, columns.position_zero_uncertainty or 0.0
-        return Sensor(unit, zero, _SI[unit], sign, grid_step(readings), uncertainty)
+        return Sensor(unit, zero, metadata.output.factor, sign, grid_step(readings), uncertainty)
     potentiometer = metadata.potentiometer
     assert potentiometer is not None, "Metadata guarantees a potentiometer where the unit is counts"
     if potentiometer.radians_per_count < 0:

@@ -1,12 +1,13 @@
-"""The rig's tables of a run's metadata: geometry, potentiometer, column names and load."""
+"""The rig's tables of a run's metadata: geometry, potentiometer, thermometer and load."""
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from muscle_bayes.conventions import Motion, PositionUnit
+from muscle_bayes.conventions import Motion
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.units import examples, unit_of
 
 
 def _as_tuple(value: Any) -> Any:
@@ -26,7 +27,7 @@ class Fixture(Table):
     disc_radius: Positive | None = None
     """R_d, m: radius at which the load's cable pulls"""
     stops: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
-    """lower and upper endstop, rad (m where motion is linear)"""
+    """lower and upper endstop, rad (m where motion is linear); absent = none"""
     room_temperature: Annotated[float, Field(gt=-50, lt=100)] = 25.0
     """degrees C"""
 
@@ -39,6 +40,10 @@ class Fixture(Table):
         return self
 
 
+CONVERTER_BITS = 10
+"""Bits of a converter whose metadata say none."""
+
+
 class Potentiometer(Table):
     """theta = radians_per_count (reading - zero_reading)."""
 
@@ -48,6 +53,8 @@ class Potentiometer(Table):
     """rad, negative where the reading counts against theta"""
     zero_uncertainty: NonNegative | None = None
     """standard uncertainty of zero_reading, counts; absent = 2"""
+    bits: Annotated[int, Field(ge=1, le=32)] | None = None
+    """of the converter: readings are whole counts from 0 to 2^bits - 1; absent = 10"""
 
     @model_validator(mode="after")
     def _scale_is_not_zero(self) -> "Potentiometer":
@@ -65,50 +72,41 @@ class Thermometer(Table):
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 
 
-class Columns(Table):
-    """Names of a log's columns, where they are not the fixture's own."""
-
-    time: str
-    position: str
-    position_unit: PositionUnit = "counts"
-    position_sign: Literal[1, -1] = 1
-    position_zero: Finite | None = None
-    """reading at coordinate zero, in position_unit; absent = 0"""
-    position_zero_uncertainty: NonNegative | None = None
-    """standard uncertainty of that, in position_unit; absent = exact"""
-    temperature_a: str | None = None
-    temperature_b: str | None = None
-    load: str | None = None
-    """kg, instead of [load]"""
-    applied: str | None = None
-    """known torque, N m, or force, N, where motion is linear"""
-
-    @model_validator(mode="after")
-    def _position_is_described_once(self) -> "Columns":
-        if self.time.strip() == self.position.strip():
-            raise ValueError(
-                f"position: names the same column as time, {self.time!r}; name the position's own"
-            )
-        if self.position_unit == "counts":
-            for key, own in (
-                ("position_zero", "zero_reading"),
-                ("position_zero_uncertainty", "zero_uncertainty"),
-            ):
-                if getattr(self, key) is not None:
-                    raise ValueError(
-                        f"{key}: is for positions that are not in counts; use potentiometer.{own}"
-                    )
-        return self
-
-
 Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
 
 
-class Load(Table):
-    """Piecewise constant load: mass[i] kg hangs from time[i] s after the first row on."""
+HEAVIEST = 50.0
+"""Largest load whose unit is not asked for, kg: grams begin there."""
 
+
+def _in_kilograms(value: Any) -> Any:
+    """The table with its masses in kg, where it states another unit."""
+    if not isinstance(value, dict) or not isinstance(value.get("unit"), str):
+        return value
+    unit = unit_of(value["unit"], ("mass",))
+    if unit is None:
+        raise ValueError(
+            f"unit: {value['unit']!r} is no unit of mass; give one such as {examples(('mass',))}"
+        )
+    masses = value.get("mass")
+    if isinstance(masses, list | tuple) and all(isinstance(mass, int | float) for mass in masses):
+        masses = [mass * unit.factor for mass in masses] if unit.factor != 1.0 else masses
+    return value | {"unit": "kg", "mass": masses}
+
+
+class Load(Table):
+    """Piecewise constant load: mass[i] hangs from time[i] s after the first row on."""
+
+    unit: str | None = None
+    """of the masses; absent = kg. Read masses are in kg whatever it says."""
     time: Steps
     mass: Steps
+    """kg"""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _convert(cls, value: Any) -> Any:
+        return _in_kilograms(value)
 
     @model_validator(mode="after")
     def _steps_are_a_table(self) -> "Load":
@@ -117,6 +115,11 @@ class Load(Table):
         if len(self.time) != len(self.mass):
             raise ValueError(
                 f"mass: {len(self.mass)} masses for {len(self.time)} times; give one mass a time"
+            )
+        if self.unit is None and (heaviest := max(self.mass)) > HEAVIEST:
+            raise ValueError(
+                f"mass: {heaviest:g} kg is heavier than what such rigs carry; "
+                'add unit = "g" if these are grams, unit = "kg" if it is right'
             )
         for earlier, later in pairwise(self.time):
             if later <= earlier:

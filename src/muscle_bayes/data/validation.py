@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a TOML file -> key, problem and mend."""
+"""What pydantic found wrong with a TOML file -> key, problem and fix."""
 
 import re
 from collections.abc import Iterator
@@ -10,16 +10,16 @@ from pydantic_core import ErrorDetails
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> tuple[str, str, str]:
-    """Key, problem and mend of the first fault, told with the number of the others.
+    """Key, problem and fix of the first fault, with the number of the others.
 
-    Entries of arrays are counted from 1. A validator's own message reads "key: problem; mend".
+    Entries of arrays are counted from 1. A validator's own message reads "key: problem; fix".
     """
     # Unknown keys first: a misspelt key is also the reason for a missing one.
     found = sorted(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
-    key, problem, mend = _explain(found[0], model)
+    key, problem, fix = _explain(found[0], model)
     if len(found) > 1:
-        mend = f"{mend} ({len(found) - 1} more after this one)"
-    return key, problem, mend
+        fix = f"{fix} ({len(found) - 1} more after this one)"
+    return key, problem, fix
 
 
 def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, str]:
@@ -42,9 +42,11 @@ def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, st
             return _choice(key, detail["input"], [text or number for text, number in choices])
         case "value_error":
             inner, _, rest = detail["msg"].removeprefix("Value error, ").partition(": ")
-            problem, _, mend = rest.rpartition("; ")
-            return ".".join(filter(None, (key, inner))), problem, mend
-    return key, f"{detail['input']!r}: {detail['msg'].lower()}", "correct the value"
+            problem, _, fix = rest.rpartition("; ")
+            return ".".join(filter(None, (key, inner))), problem, fix
+    told = detail["msg"].lower().replace("tuple", "list")  # TOML has lists only
+    given = repr(detail["input"])
+    return key, f"{given if len(given) <= 60 else given[:60] + '...'}: {told}", "correct the value"
 
 
 def _choice(key: str, given: Any, choices: list[str]) -> tuple[str, str, str]:

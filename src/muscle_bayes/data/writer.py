@@ -10,6 +10,7 @@ import pandas as pd
 
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import HEADER
+from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.metadata import Metadata
 
 
@@ -33,12 +34,14 @@ def write_run(folder: Path, name: str, log: pd.DataFrame, metadata: Metadata) ->
 def to_toml(metadata: Metadata) -> str:
     """The metadata as TOML, keys in the order of the models."""
     content = metadata.model_dump(exclude_none=True)
+    if metadata.columns is not None and not metadata.columns.accept_units:
+        del content["columns"]["accept_units"]
     scalars = {key: value for key, value in content.items() if not isinstance(value, dict)}
     if not scalars["notes"]:
         del scalars["notes"]
     parts = [toml_keys(scalars)]
     for key, value in content.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and not (key == "log" and metadata.log == LogFormat()):
             parts.append(f"[{key}]\n{toml_keys(_kind_first(value))}")
     return "\n".join(parts)
 
@@ -70,9 +73,9 @@ def _check(log: pd.DataFrame, metadata: Metadata, path: Path) -> None:
             path, "logs are written with the fixture's own header", "leave it out", key="columns"
         )
     if tuple(log.columns) != HEADER:
-        found = ", ".join(map(repr, log.columns))
+        names = ", ".join(map(repr, log.columns))
         wanted = ", ".join(map(repr, HEADER))
-        raise RunError.at(path, f"columns are {found}", f"give exactly {wanted}")
+        raise RunError.at(path, f"columns are {names}", f"give exactly {wanted}")
     for column in HEADER:
         if column.startswith("Setpoint"):
             continue

@@ -24,7 +24,7 @@ STEPS = np.array([1.0, 2.0, 5.0, 10.0])
 
 def ports(nested: Nested) -> tuple[str, ...]:
     """Names of the functions of every port that these runs have, as a nested model takes them."""
-    muscle = any(name == "contraction" for name, _ in nested.layout.shapes)
+    muscle = any(name == "F_modulus_min" for name, _ in nested.layout.shapes)
     return tuple(f"{PREFIX}-{p}" for p in PORT_SIGNALS if muscle or p not in MUSCLE_PORTS)
 
 

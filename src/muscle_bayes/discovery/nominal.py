@@ -16,10 +16,10 @@ from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.tolerance import tolerated
 from muscle_bayes.inference.density import unconstrain
 from muscle_bayes.inference.mode import Mode, refine
+from muscle_bayes.inference.muscle_prior import strain_under
 from muscle_bayes.inference.nested import Nested
 from muscle_bayes.inference.optimise import find_mode
 from muscle_bayes.inference.pivots import pivoted
-from muscle_bayes.inference.prior import strain_under
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.programs import constrained_at
 from muscle_bayes.inference.record import is_slow

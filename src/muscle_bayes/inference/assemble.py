@@ -10,10 +10,10 @@ import jax
 import numpy as np
 import xarray as xr
 
-from muscle_bayes.inference.lane_model import muscle_of
+from muscle_bayes.inference.lane_model import muscle_of, whole
+from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS, UNITS, replaced_by
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.predict import Prediction, predict, thin
-from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Data, Problem
 from muscle_bayes.inference.program import Program
@@ -39,12 +39,16 @@ def values_of(drawn: Draws, problem: Problem) -> dict[str, Any]:
 @Program
 def _table_2(values: dict[str, Any], data: Data) -> dict[str, Any]:
     muscle = muscle_of(values, data)
-    return {} if muscle is None else {name: getattr(muscle, name) for name in MUSCLE_PARAMETERS}
+    if muscle is None:
+        return {}
+    sampled = whole(values, data)
+    judged = {name: sampled[name] for name in replaced_by(UNITS).values()}
+    return judged | {name: getattr(muscle, name) for name in MUSCLE_PARAMETERS}
 
 
 def named_values(problem: Problem, values: dict[str, Any]) -> dict[str, Any]:
-    """Sampled values together with Table 2's parameters."""
-    values = dict(values) | _table_2(values, problem.data)
+    """Sampled values together with all of the muscle's quantities and Table 2's parameters."""
+    values = _table_2(values, problem.data) | dict(values)
     return {name: np.asarray(value) for name, value in values.items()}
 
 
@@ -52,12 +56,12 @@ def parameter_names(problem: Problem) -> list[str]:
     """The plant's parameters, then the effects', in the order of the thesis' tables."""
     sampled = [name for name, _ in problem.layout.shapes]
     names = [name for name in ("J", "D") if name in sampled]
-    names += list(MUSCLE_PARAMETERS) if "contraction" in sampled else []
+    names += list(MUSCLE_PARAMETERS) if "F_modulus_min" in sampled else []
     return names + [name for name in sampled if name.split(".")[0] in problem.layout.effects]
 
 
 def _dataset(problem: Problem, values: dict[str, np.ndarray], lead: list[str]) -> xr.Dataset:
-    units = {name: site.unit for name, site in problem.sites.items()}
+    units = UNITS | {name: site.unit for name, site in problem.sites.items()}
     variables = {
         name: (
             lead + (_run_axis(problem, name) if name in problem.sites else []),

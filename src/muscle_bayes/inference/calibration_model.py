@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 import numpyro
+import pandas as pd
 from jaxtyping import Array, Bool, Float
 from numpyro import distributions as dist
 
@@ -20,8 +21,8 @@ from muscle_bayes.inference.lane_model import (
     zeros_of,
 )
 from muscle_bayes.inference.likelihood import noise_of, reading_distribution
+from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.problem import Data, Problem, pose
 
 
@@ -33,8 +34,8 @@ class CalibrationModel:
     SVI, `log_density`, `render_model` and `az.from_numpyro` take it as any other model. Readings are
     those of the intervals into which a run is divided (`problem.records`), padded to a common length.
 
-    `predict=False` declares the unknowns alone. `data` replaces the runs' arrays by others of the same shapes: compiled code then serves many
-    data sets. Printed, it is a table of the priors.
+    `predict=False` declares the unknowns alone. `data` replaces the runs' arrays by others of the same
+    shapes: compiled code then serves many data sets. Printed, it is a table of the priors.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -58,6 +59,17 @@ class CalibrationModel:
         for run, (distribution, readings) in self.likelihoods(values, predicted, data).items():
             numpyro.sample(run, distribution, obs=readings)
 
+    def __repr__(self) -> str:
+        return self.table().to_string(index=False)
+
+    def _repr_html_(self) -> str:
+        return self.table().to_html(index=False)
+
+    def table(self) -> pd.DataFrame:
+        """The priors: site, distribution with three digits, unit, meaning."""
+        rows = [(n, described(s.prior), s.unit, s.meaning) for n, s in self.problem.sites.items()]
+        return pd.DataFrame(rows, columns=["site", "prior", "unit", "meaning"])
+
     def likelihoods(
         self, values: Values, predicted: Sequence[LanePrediction], data: Data
     ) -> dict[str, tuple[OUDiscrepancy, Float[Array, "*lane interval"]]]:
@@ -77,6 +89,18 @@ class CalibrationModel:
                 chosen: Any = own[0] if len(own) == 1 else np.asarray(own)
                 result[problem.runs[owner].name] = whole.of(chosen), lanes.reading[chosen]
         return result
+
+
+def described(prior: dist.Distribution) -> str:
+    """A distribution in words: its family and parameters; of many values, their range."""
+
+    def number(value: Any) -> str:
+        flat = np.unique(np.asarray(value))
+        return f"{flat[0]:.3g}" if flat.size == 1 else f"{flat[0]:.3g}..{flat[-1]:.3g}"
+
+    kind = type(prior).__name__.removeprefix("Standardised")
+    known = [key for key in type(prior).arg_constraints if hasattr(prior, key)]
+    return f"{kind}({', '.join(f'{key}={number(getattr(prior, key))}' for key in sorted(known))})"
 
 
 def all_solved(predicted: Sequence[LanePrediction]) -> Bool[Array, ""]:

@@ -100,13 +100,14 @@ class OUDiscrepancy(dist.Distribution):
 
     def of(self, chosen: Any) -> "OUDiscrepancy":
         """The distribution of some of the records along the leading axis."""
-        parts = self.prediction, self.elapsed, self.white_variance, self.observed
-        basis = None if self.basis is None else self.basis[chosen]
         return OUDiscrepancy(
-            *(part[chosen] for part in parts),
+            self.prediction[chosen],
+            self.elapsed[chosen],
+            self.white_variance[chosen],
+            self.observed[chosen],
             self.noise,
             self.load_step[chosen],
-            basis,
+            None if self.basis is None else self.basis[chosen],
             validate_args=False,
         )
 

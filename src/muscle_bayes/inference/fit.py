@@ -1,7 +1,7 @@
 """Fitting runs: mode, chains, posterior."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import NamedTuple
@@ -125,20 +125,21 @@ def fit(
     *,
     effort: Effort = FULL,
     given: Posterior | None = None,
+    priors: Mapping[str, dist.Distribution] | None = None,
     seed: int = 0,
     report: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> Posterior:
     """Posterior of everything that is unknown about these runs.
 
-    `given` is an earlier posterior of the fixture: its J and D become this fit's prior. Where metadata
+    `given` is an earlier posterior of the fixture: its J and D become this fit's prior. `priors`
+    replaces others by name, also by those of Table 2 (`calibration_model`). Where metadata
     leave the thermometer's delay uncertain, `clock-offset` is among the effects.
     `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
     effects = with_open_delay(runs, effects)
-    problem = pose(
-        runs, friction, effects, None if given is None else fixture_prior(given, friction)
-    )
+    known = {} if given is None else fixture_prior(given, friction)
+    problem = pose(runs, friction, effects, {**known, **(priors or {})})
     sampled = sample(problem, effort, seed=seed, report=report)
     report("predicting", 0, 1)
     begun = perf_counter()

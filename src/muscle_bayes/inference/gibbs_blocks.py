@@ -45,7 +45,7 @@ class Slices(NamedTuple):
     force_rounds: int = 1
     noise_widths: tuple[float, float, float] = (0.15, 1.0, 0.6)
     """First intervals of log total, log odds and log correlation time."""
-    noise_rounds: int = 2
+    noise_rounds: int = 4
 
 
 class SliceBlock(CustomGibbs):
@@ -145,7 +145,7 @@ def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[
 def gibbs_kernel(
     model: CalibrationModel,
     slices: Slices,
-    target_acceptance: float = 0.65,
+    target_acceptance: float = 0.75,
     max_tree_depth: int = 7,
 ) -> Gibbs:
     """NumPyro's kernel for a model: slices of minimum forces and noise, then NUTS over the rest.

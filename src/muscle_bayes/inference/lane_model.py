@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
-from muscle_bayes.inference.prior import first_hyst, muscle_parameters
+from muscle_bayes.inference.muscle_prior import completed, first_hyst, muscle_parameters
 from muscle_bayes.inference.problem import Data, Lanes, Layout
 from muscle_bayes.inference.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
@@ -28,9 +28,16 @@ Values = Mapping[str, Array]
 
 def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
     """Table 2's parameters, or None where the problem has no muscle."""
-    if "contraction" not in values:
+    if "F_modulus_min" not in values:
         return None
     return muscle_parameters(values, data.base_length, data.tension)
+
+
+def whole(values: Values, data: Data) -> Values:
+    """The values with all of the muscle's, where parameters of Table 2 are sampled instead of some."""
+    if "F_modulus_min" not in values:
+        return values
+    return completed(values, data.base_length, data.tension)
 
 
 class Physical(NamedTuple):
@@ -133,6 +140,7 @@ def simulate_lane(inputs: Inputs, lane: Lanes, layout: Layout, regime: str) -> R
 def responses(values: Values, layout: Layout, data: Data) -> list[Response]:
     """Response of every lane, `averaged` in the log's unit, one entry a group, lanes leading."""
     result = []
+    values = whole(values, data)
     physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
@@ -209,6 +217,7 @@ def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable:
 def predictions(values: Values, layout: Layout, data: Data) -> list[LanePrediction]:
     """Predictions of every lane, one entry a group; they do not depend on the noise parameters."""
     result = []
+    values = whole(values, data)
     physical = physical_of(values, layout, data)
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
         if cut:

@@ -173,7 +173,7 @@ def _shared_entries(layout: Layout) -> np.ndarray:
 def _leaf_names(layout: Layout) -> list[str]:
     """Names of the leaves of Physical, in their order."""
     muscle = None
-    if any(name == "contraction" for name, _ in layout.shapes):
+    if any(name == "F_modulus_min" for name, _ in layout.shapes):
         muscle = MuscleParameters(*MuscleParameters.__annotations__)
     effects = tuple(
         {key: f"{name}.{key}" for key in effect_type(name).parameters} for name in layout.effects

@@ -14,11 +14,11 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.assemble import PREDICTIVE_DRAWS
 from muscle_bayes.inference.blas import one_blas_thread
 from muscle_bayes.inference.density import unconstrain
+from muscle_bayes.inference.muscle_prior import strain_under
 from muscle_bayes.inference.pivots import pivoted
 from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.predict import Prediction, predict, thin
-from muscle_bayes.inference.prior import strain_under
 from muscle_bayes.inference.prior_draws import prior_draws
 from muscle_bayes.inference.problem import Problem, pose
 from muscle_bayes.inference.reduction import (
@@ -96,8 +96,11 @@ def _predict_part(
 ) -> list[Prediction]:
     problem = pose(runs, posterior.friction, posterior.effects)
     group = posterior.tree["posterior"].to_dataset()
-    names = json.loads(posterior.tree.attrs["sampled"])
-    thinned = thin({name: group[name].to_numpy() for name in names}, draws)
+    names = {
+        *json.loads(posterior.tree.attrs["sampled"]),
+        *(name for name, _ in problem.layout.shapes),
+    }
+    thinned = thin({name: group[name].to_numpy() for name in names if name in group}, draws)
     values = _shared_values(posterior, problem, thinned)
     if not known:
         settled = settled_starts(problem, resting_starts(problem, values), seed + 1)

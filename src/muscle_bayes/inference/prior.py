@@ -1,40 +1,24 @@
 """Weakly informative, physical priors; none is centred on a published answer."""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 from numpyro import distributions as dist
 
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.record import Record
 from muscle_bayes.inference.rig import driving_force, first_strain, has_muscle, tension_lever
+from muscle_bayes.inference.site import Site
 from muscle_bayes.inference.standardised_normal import standardised
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.effects import effect_type
-from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.springs import tensile_strain
-
-COLD, HOT = 25.0, 90.0
-"""Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
 EXACT = 1e-3
 """Spread of an exact zero that is not 0, or stands beside others, as a share of the readings' noise."""
 FIRST_FORCE_SPREAD = 0.7
 """Prior standard deviation of the log of HYST's force at the first row, about the typical tension."""
-
-MUSCLE_PARAMETERS = MuscleParameters.__annotations__
-
-
-class Site(NamedTuple):
-    """One sampled quantity."""
-
-    prior: dist.Distribution
-    unit: str
-    meaning: str
 
 
 def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
@@ -68,88 +52,6 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
         meaning = "friction per unit speed"
     sites["D"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, meaning)
     return sites
-
-
-def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
-    """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
-
-    Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
-    force per unit strain relative to the tension at hand, the damper by HYST's time constant. The
-    data see C, F_modulus_min and F_hyst_min best in the strain to which they add up where the muscle
-    works: so `taut_strain`, under the runs' typical tension, is sampled. Its prior is centred on
-    `first_strain`, at which the runs start, and is wide enough for any temperature and load there.
-    """
-    pull = size.tension
-    return {
-        "taut_strain": Site(
-            dist.Normal(first_strain, 0.15),
-            "1",
-            "strain at 25 C under typical tension, HYST at rest",
-        ),
-        "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
-        "bend": Site(
-            dist.Normal(0.0, 0.2), "1", "strain at 57.5 C off the chord, per unit contraction"
-        ),
-        "modulus": Site(dist.LogNormal(np.log(5 * pull), 1.0), "N", "MODULUS, force per strain"),
-        "F_modulus_min": Site(dist.LogNormal(np.log(0.5 * pull), 0.7), "N", "force that opens it"),
-        "stiffness_hyst": Site(
-            dist.LogNormal(np.log(5 * pull), 1.0), "N", "HYST, force per strain"
-        ),
-        "F_hyst_min": Site(dist.LogNormal(np.log(0.3 * pull), 0.7), "N", "force that opens it"),
-        "time_constant": Site(dist.LogNormal(np.log(150.0), 1.0), "s", "of HYST at 25 C"),
-        "softening": Site(dist.Beta(2.0, 2.0), "1", "damper at 90 C over damper at 25 C"),
-    }
-
-
-def strain_under(tension: Array | float, values: Mapping[str, Array]) -> Array:
-    """Strain of MODULUS and HYST together, both at rest under `tension` [N]."""
-    modulus = tensile_strain(tension, values["modulus"], values["F_modulus_min"])
-    return modulus + resting_hyst(tension, values)
-
-
-def muscle_parameters(
-    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
-) -> MuscleParameters:
-    """Table 2's nine parameters from the sampled quantities.
-
-    With s(T) = A T^2 + B T + C: s(25) = taut_strain - strain_under(tension), s(90) = s(25) - contraction,
-    s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
-    K_hyst at 25 C and softening times that at 90 C.
-    """
-    span, middle = HOT - COLD, 0.5 * (HOT + COLD)
-    bow = values["bend"] * values["contraction"]
-    a = -4.0 * bow / span**2
-    b = -values["contraction"] / span - 2.0 * a * middle
-    cold_offset = values["taut_strain"] - strain_under(tension, values)
-    c = cold_offset - a * COLD**2 - b * COLD
-    k_hyst = values["stiffness_hyst"] / base_length
-    cold = values["time_constant"] * k_hyst
-    h = -cold * (1.0 - values["softening"]) / span
-    return MuscleParameters(
-        A=a,
-        B=b,
-        C=c,
-        F_hyst_min=values["F_hyst_min"],
-        K_hyst=k_hyst,
-        F_modulus_min=values["F_modulus_min"],
-        K_modulus=values["modulus"] / base_length,
-        H=h,
-        T_hyst_offset=cold / h - COLD,
-    )
-
-
-def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
-    """sigma_hyst at rest under `tension` [N] (eq. 13 inverted)."""
-    return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
-
-
-def first_hyst(force: Array, values: Mapping[str, Array]) -> Float[Array, " run"]:
-    """sigma_hyst at each run's first row, where HYST's spring pulls with `force` [N].
-
-    A force and not a strain is sampled: it is positive, it is the tension where the muscle has long
-    hung, and it stays the same when another minimum force shifts the strain.
-    """
-    return resting_hyst(force, values)
 
 
 def mean_first_strain(runs: Sequence[Run]) -> float:

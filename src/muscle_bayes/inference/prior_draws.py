@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
 
+from muscle_bayes.inference.priors import WHOLE
 from muscle_bayes.inference.problem import Data, Layout
 from muscle_bayes.inference.standardised_normal import StandardisedNormal
 
@@ -49,7 +50,8 @@ def _drawn(
     sampler = SAMPLERS.get(kind)
     if sampler is None:  # of an effect that is not ours
         key = jax.random.key(rng.integers(2**31))
-        return np.asarray(kind(**parameters).sample(key, size[:1]))
+        prior = parameters.get(WHOLE) or kind(**parameters)
+        return np.asarray(prior.sample(key, size[:1]))
     return sampler(rng, size, **{name: np.asarray(value) for name, value in parameters.items()})
 
 

@@ -11,6 +11,17 @@ from numpyro import distributions as dist
 
 type Family = tuple[type[dist.Distribution], tuple[str, ...]]
 """A distribution's class and the names of its parameters."""
+WHOLE = "whole"
+"""Stands for the parameters of a distribution that is not made of such alone."""
+
+
+def _is_made_of(prior: dist.Distribution, keys: tuple[str, ...]) -> bool:
+    """Whether a distribution's class makes it from its parameters alone."""
+    try:
+        made = type(prior)(**{key: getattr(prior, key) for key in keys})
+    except (AttributeError, TypeError):
+        return False
+    return bool(keys) and made.shape() == prior.shape()
 
 
 @jax.tree_util.register_pytree_node_class
@@ -26,17 +37,25 @@ class Priors(Mapping[str, dist.Distribution]):
         self._parameters: dict[str, tuple[Any, ...]] = {}
         for name, prior in priors.items():
             keys = tuple(sorted(type(prior).arg_constraints))
-            self._families[name] = type(prior), keys
-            self._parameters[name] = tuple(getattr(prior, key) for key in keys)
+            if _is_made_of(prior, keys):
+                self._families[name] = type(prior), keys
+                self._parameters[name] = tuple(getattr(prior, key) for key in keys)
+            else:  # truncated, transformed: itself, apart from all others
+                self._families[name] = type(prior), (WHOLE, name)
+                self._parameters[name] = (prior,)
 
     def __getitem__(self, name: str) -> dist.Distribution:
         family, keys = self._families[name]
+        if keys[:1] == (WHOLE,):
+            return self._parameters[name][0]
         parameters = zip(keys, self._parameters[name], strict=True)
         return family(**dict(parameters), validate_args=False)
 
     def family(self, name: str) -> tuple[type[dist.Distribution], dict[str, Any]]:
         """Class and parameters of a distribution, which is not made."""
         kind, keys = self._families[name]
+        if keys[:1] == (WHOLE,):
+            return kind, {WHOLE: self._parameters[name][0]}
         return kind, dict(zip(keys, self._parameters[name], strict=True))
 
     def __iter__(self) -> Iterator[str]:
@@ -56,6 +75,12 @@ class Priors(Mapping[str, dist.Distribution]):
         begins = dict(zip((name for name, _ in shapes), np.cumsum([0, *sizes]), strict=False))
 
         def together(family: Family) -> tuple[dist.Distribution, np.ndarray]:
+            entries = [
+                begins[name] + np.arange(int(np.prod(shape))) for name, shape in members[family]
+            ]
+            kind, keys = family
+            if keys[:1] == (WHOLE,):
+                return self._parameters[keys[1]][0], np.concatenate(entries)
             columns = zip(*(self._parameters[name] for name, _ in members[family]), strict=True)
             whole = [
                 jnp.concatenate(
@@ -66,10 +91,6 @@ class Priors(Mapping[str, dist.Distribution]):
                 )
                 for column in columns
             ]
-            entries = [
-                begins[name] + np.arange(int(np.prod(shape))) for name, shape in members[family]
-            ]
-            kind, keys = family
             prior = kind(**dict(zip(keys, whole, strict=True)), validate_args=False)
             return prior, np.concatenate(entries)
 

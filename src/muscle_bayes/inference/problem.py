@@ -14,11 +14,14 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference import prior
+from muscle_bayes.inference.chosen_priors import with_priors
+from muscle_bayes.inference.muscle_prior import muscle_sites
 from muscle_bayes.inference.open_delay import delay_prior
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.inference.priors import Priors
 from muscle_bayes.inference.record import Record, is_slow, record_of, segments
 from muscle_bayes.inference.rig import has_muscle, rig
+from muscle_bayes.inference.site import Site
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.plant import Plant
@@ -101,7 +104,7 @@ class Problem:
     records: tuple[Record, ...]
     layout: Layout
     data: Data
-    sites: dict[str, prior.Site]
+    sites: dict[str, Site]
     scales: Scales
     lane_runs: tuple[tuple[int, ...], ...]
     """For each group, the index in `runs` of each lane."""
@@ -193,23 +196,24 @@ def pose(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
     effects: Sequence[str] = (),
-    given: Mapping[str, dist.Distribution] | None = None,
+    priors: Mapping[str, dist.Distribution] | None = None,
 ) -> Problem:
     """The problem of estimating what these runs can tell.
 
     Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run
-    has a muscle, each effect's own, each run's own, each regime's noise. `given` replaces the priors
-    of named parameters by what earlier runs told of them; metadata may tell `clock-offset`'s.
-    Raises MuscleBayesError for runs that cannot be fitted together and for unknown effects.
+    has a muscle, each effect's own, each run's own, each regime's noise. `priors` replaces default
+    ones, by the name of a sampled quantity or of a parameter of Table 2, which then takes the place
+    of one (`muscle_prior.replaced_by`). Metadata may give that of `clock-offset`.
+    Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
     """
     _check(runs, effects)
     records = [record_of(run) for run in runs]
     size = prior.scales(runs, records)
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
-        sites |= prior.muscle_sites(size, prior.mean_first_strain(runs))
+        sites |= muscle_sites(size, prior.mean_first_strain(runs))
     sites |= prior.effect_sites(effects, size)
-    for name, known in {**delay_prior(runs), **(given or {})}.items():
+    for name, known in delay_prior(runs).items():
         if name in sites:
             sites[name] = sites[name]._replace(prior=known)
 
@@ -244,12 +248,13 @@ def pose(
         for element in (run.metadata.element_a, run.metadata.element_b)
         if element.kind == "muscle"
     ]
+    sites = with_priors(sites, priors or {})
     shapes = tuple((name, tuple(site.prior.shape())) for name, site in sites.items())
     layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
-    priors = Priors({name: site.prior for name, site in sites.items()})
+    chosen_priors = Priors({name: site.prior for name, site in sites.items()})
     base_length = np.asarray(lengths[0] if lengths else 1.0)
     lever = np.asarray(size.force / size.tension)
-    arrays = Data(tuple(lanes), priors, base_length, np.asarray(size.tension), lever)
+    arrays = Data(tuple(lanes), chosen_priors, base_length, np.asarray(size.tension), lever)
     data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs

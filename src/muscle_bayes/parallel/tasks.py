@@ -49,7 +49,7 @@ def connected(address: str | None, workers: int = WORKERS) -> Iterator[Client]:
                 yield client
         except (OSError, ValueError) as error:
             raise MuscleBayesError(
-                f"{address}: no dask scheduler answers ({error}). Mend: start one with `dask "
+                f"{address}: no dask scheduler answers ({error}). Fix: start one with `dask "
                 "scheduler`, or leave the address out to use this machine."
             ) from None
         return

@@ -56,10 +56,12 @@ def _position(axis: Axes, run: Run) -> None:
     axis.plot(run.table["time"], run.table["reading"], color=BLACK, linewidth=0.9)
     for step in run.load_steps:
         axis.axvline(step, color=GREY, linewidth=0.8, linestyle=":")
-    axis.set_ylabel(f"position reading [{run.unit}]")
-    sensor = run.sensor
+    axis.set_ylabel(f"{run.measured} reading [{run.unit}]")
+    sensor = run.output_sensor
     linear = run.metadata.fixture.motion == "linear"
     per_unit, label = (1e3, "x [mm]") if linear else (180.0 / np.pi, r"$\theta$ [deg]")
+    if run.measured == "velocity":
+        label = "v [mm/s]" if linear else r"$\omega$ [deg/s]"
     second = axis.secondary_yaxis(
         "right",
         functions=(

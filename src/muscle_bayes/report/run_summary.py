@@ -12,7 +12,7 @@ from muscle_bayes.data import Run
 def summarise(run: Run) -> dict[str, Any]:
     """Facts of a run. Times in s, temperatures in C, loads in kg, coordinates in rad or m."""
     table, metadata = run.table, run.metadata
-    linear = metadata.fixture.motion == "linear"
+    linear, velocity = metadata.fixture.motion == "linear", run.measured == "velocity"
     spacing = np.diff(table["time"].to_numpy())
     labels = ("min", "p05", "median", "p95", "max")
     percentiles = np.percentile(spacing, [0, 5, 50, 95, 100])
@@ -29,11 +29,12 @@ def summarise(run: Run) -> dict[str, Any]:
         "position": {
             "unit": run.unit,
             "reading": _range(table["reading"].to_numpy()),
-            "resolution": run.sensor.resolution,
-            "zero": run.sensor.zero,
-            "zero_uncertainty": run.sensor.zero_uncertainty,
-            "coordinate_unit": "m" if linear else "rad",
-            "coordinate": _range(run.coordinate),
+            "resolution": run.output_sensor.resolution,
+            "zero": run.output_sensor.zero,
+            "zero_uncertainty": run.output_sensor.zero_uncertainty,
+            "measured": run.measured,
+            "coordinate_unit": ("m" if linear else "rad") + ("/s" if velocity else ""),
+            "coordinate": _range(run.output),
         },
         "temperature_c": {side: _range(table[f"temperature_{side}"].to_numpy()) for side in "ab"},
         "load_kg": sorted(set(table["load"].tolist())),
@@ -68,7 +69,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ),
         ("gaps", "; ".join(f"{start:.2f} to {end:.2f} s" for start, end in gaps[:5])),
         ("more gaps", f"{len(gaps) - 5}" if len(gaps) > 5 else ""),
-        ("position", _position(summary["position"])),
+        (summary["position"]["measured"], _position(summary["position"])),
         ("temperature", _temperatures(summary["temperature_c"])),
         ("load", _loads(summary["load_kg"], summary["load_steps_s"])),
         ("applied", _between(summary["applied"], summary["applied_unit"])),
@@ -92,7 +93,10 @@ def _between(limits: list[float], unit: str) -> str:
 def _position(position: dict[str, Any]) -> str:
     low, high = position["coordinate"]
     si = position["coordinate_unit"]
-    shown = (low * 1e3, high * 1e3, "mm") if si == "m" else (degrees(low), degrees(high), "deg")
+    if si.startswith("m"):
+        shown = (low * 1e3, high * 1e3, f"m{si}")
+    else:
+        shown = (degrees(low), degrees(high), si.replace("rad", "deg"))
     resolution = position["resolution"]
     step = f", step {resolution:.4g} {position['unit']}" if resolution else ", no grid"
     first, last = position["reading"]

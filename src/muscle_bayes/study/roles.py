@@ -50,7 +50,7 @@ def roles_of(runs: Sequence[Run], config: StudyConfig, where: str) -> Roles:
     roles = Roles(fixture, muscle, held, until)
     if not roles.fitted:
         raise MuscleBayesError(
-            f"{where}: every run is held out, none is left to fit. Mend: name runs for `fixture` or "
+            f"{where}: every run is held out, none is left to fit. Fix: name runs for `fixture` or "
             "`muscle`."
         )
     _check_kinds(runs, roles, where)
@@ -77,13 +77,13 @@ def _check(runs: Sequence[Run], named: Iterable[str], asked: Sequence[str], wher
     for name in named:
         if name not in known:
             raise MuscleBayesError(
-                f"{where}: run {name!r} is named, but there is none. Mend: use names of "
+                f"{where}: run {name!r} is named, but there is none. Fix: use names of "
                 f"{', '.join(known)}."
             )
     for name in asked:
         if asked.count(name) > 1:
             raise MuscleBayesError(
-                f"{where}: run {name!r} is named more than once. Mend: give each run one of fixture, "
+                f"{where}: run {name!r} is named more than once. Fix: give each run one of fixture, "
                 "muscle and held_out."
             )
 
@@ -92,9 +92,9 @@ def _check_kinds(runs: Sequence[Run], roles: Roles, where: str) -> None:
     for run in runs:
         if run.name in roles.fixture and drives(run):
             raise MuscleBayesError(
-                f"{where}, key fixture: run {run.name!r} has a muscle. Mend: move it to `muscle`."
+                f"{where}, key fixture: run {run.name!r} has a muscle. Fix: move it to `muscle`."
             )
         if run.name in roles.muscle and not drives(run):
             raise MuscleBayesError(
-                f"{where}, key muscle: run {run.name!r} has no muscle. Mend: move it to `fixture`."
+                f"{where}, key muscle: run {run.name!r} has no muscle. Fix: move it to `fixture`."
             )

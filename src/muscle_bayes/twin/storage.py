@@ -32,7 +32,7 @@ def check_free(folder: Path, names: list[str]) -> None:
         if not synthetic:
             raise MuscleBayesError(
                 f"{log}: this run {why}, a simulated one would replace it. "
-                "Mend: choose another --out or --name."
+                "Fix: choose another --out or --name."
             )
 
 
@@ -53,7 +53,7 @@ def save_runs(folder: Path, runs: Mapping[str, SimulatedRun], truth: Path | None
 def check_ours(path: Path, head: str) -> None:
     """Refuse to replace a file that does not begin as ours does."""
     if path.exists() and not path.read_bytes().startswith(head.encode()):
-        raise MuscleBayesError(f"{path}: exists and is not from here. Mend: choose another place.")
+        raise MuscleBayesError(f"{path}: exists and is not from here. Fix: choose another place.")
 
 
 def _with_others(path: Path, folder: Path, truth: dict[str, Any]) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _with_others(path: Path, folder: Path, truth: dict[str, Any]) -> dict[str, A
         if old.get(key) != new.get(key) and not (muscle and (key not in old or key not in new)):
             raise MuscleBayesError(
                 f"{path}: its true {key} differs from that of the new runs, and "
-                f"{', '.join(others)} still belong to it. Mend: choose another --out."
+                f"{', '.join(others)} still belong to it. Fix: choose another --out."
             )
     return {**old, **new, "runs": {**others, **mine}}
 

@@ -15,7 +15,7 @@ def built(name: str) -> Path:
     path = folder / name
     if not path.is_file():
         raise MuscleBayesError(
-            f"{path}: the firmware is not built. Mend: run `make firmware` in the project's folder "
+            f"{path}: the firmware is not built. Fix: run `make firmware` in the project's folder "
             f"(it needs gcc-avr, avr-libc and libsimavr-dev), or point {_VARIABLE} to its build "
             "folder."
         )

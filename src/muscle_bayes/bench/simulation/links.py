@@ -75,5 +75,5 @@ class Link:
     def _check(self) -> None:
         if not self.plugged:
             raise TransportError(
-                f"{self.name}: the line is gone: the simulated cable is pulled. Mend: plug it in."
+                f"{self.name}: the line is gone: the simulated cable is pulled. Fix: plug it in."
             )

@@ -52,7 +52,7 @@ def _library() -> ctypes.CDLL:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise MuscleBayesError(
-            f"{path}: cannot be loaded: {error}. Mend: install libsimavr2 and libelf1, or build "
+            f"{path}: cannot be loaded: {error}. Fix: install libsimavr2 and libelf1, or build "
             "it anew with `make firmware`."
         ) from None
     for name, (arguments, result) in _SIGNATURES.items():
@@ -71,7 +71,7 @@ class Processor:
             str(path).encode(), FREQUENCY, BOARD_BAUD
         )
         if self._bridge is None:
-            raise MuscleBayesError(f"{path}: simavr cannot load it. Mend: run `make firmware`.")
+            raise MuscleBayesError(f"{path}: simavr cannot load it. Fix: run `make firmware`.")
         self._buffer = (c_uint8 * 4096)()
         self._target = 0
         self._duty_cycles = (0.0, 0.0)
@@ -114,7 +114,7 @@ class Processor:
         taken = self._library.bridge_send(self._bridge, data, len(data))
         if taken != len(data):
             raise MuscleBayesError(
-                f"{len(data)} bytes are too many at once. Mend: let time pass between them."
+                f"{len(data)} bytes are too many at once. Fix: let time pass between them."
             )
 
     @property

@@ -95,13 +95,13 @@ def rig_of(sequence: Sequence, rig: Rig) -> Rig:
         if not isinstance(table, MuscleElement | SpringElement | NoElement) and name[:-1] == (
             "element_"
         ):
-            raise MuscleBayesError(f"{name}: an arm cannot be simulated. Mend: another kind.")
+            raise MuscleBayesError(f"{name}: an arm cannot be simulated. Fix: another kind.")
         for key, value in table.model_dump(exclude_none=True).items():
             if (key, value) in (("motion", "rotary"), ("linkage", "pins")):
                 continue
             if key in ("motion", "linkage"):
                 raise MuscleBayesError(
-                    f"{name}.{key}: {value!r} cannot be simulated. Mend: leave it out."
+                    f"{name}.{key}: {value!r} cannot be simulated. Fix: leave it out."
                 )
             values[f"{name}.{key}"] = value
     return override(rig, values)

@@ -59,7 +59,7 @@ def effect_type(name: str) -> AnyEffectType:
     if name not in own:
         known = ", ".join(sorted({**CATALOGUE, **own}))
         raise MuscleBayesError(
-            f"effect '{name}' is not in the catalogue; choose from: {known}. Mend: for one of your "
+            f"effect '{name}' is not in the catalogue; choose from: {known}. Fix: for one of your "
             f"own, name its file in the environment variable {FILES}."
         )
     return own[name]

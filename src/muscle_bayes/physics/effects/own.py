@@ -51,7 +51,7 @@ def _of_file(path: Path) -> dict[str, AnyEffectType]:
     }
     if not found:
         raise MuscleBayesError(
-            f"{FILES}: {path} holds no effect. Mend: write a subclass of "
+            f"{FILES}: {path} holds no effect. Fix: write a subclass of "
             "muscle_bayes.physics.effect.Effect with a name, as docs/architecture.md shows."
         )
     return found
@@ -63,7 +63,7 @@ def _loaded(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise MuscleBayesError(
-            f"{FILES}: {path} is no Python file. Mend: name a file that ends in .py"
+            f"{FILES}: {path} is no Python file. Fix: name a file that ends in .py"
         )
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
@@ -71,7 +71,7 @@ def _loaded(path: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as error:
         raise MuscleBayesError(
-            f"{FILES}: {path} cannot be imported: {type(error).__name__}: {error}. Mend: correct it, "
+            f"{FILES}: {path} cannot be imported: {type(error).__name__}: {error}. Fix: correct it, "
             f"or take it out of {FILES}."
         ) from error
     return module

@@ -50,7 +50,7 @@ def _read(path: Path) -> dict[str, Any]:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, json.JSONDecodeError) as error:
         raise MuscleBayesError(
-            f"{path}: cannot be read as a result ({error}). Mend: run the check again, or remove the file."
+            f"{path}: cannot be read as a result ({error}). Fix: run the check again, or remove the file."
         ) from None
 
 

@@ -63,7 +63,7 @@ def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
                 posterior, tubes.draws, count, design=design, fixture=bearing, seed=seed
             )
         except MuscleBayesError as error:
-            notes.append(f"the {name} model is not used: {str(error).partition(' Mend:')[0]}")
+            notes.append(f"the {name} model is not used: {str(error).partition(' Fix:')[0]}")
             continue
         return draws, [*notes, f"muscle: the {name} model"]
     raise MuscleBayesError("; ".join(notes))

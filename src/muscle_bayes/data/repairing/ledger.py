@@ -1,4 +1,4 @@
-"""The rules by which faulty cells of a log are repaired, and the report of what was done."""
+"""Columns under repair, and the report of what was repaired."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -70,52 +70,12 @@ class Ledger:
                 row=min(self.faulty),
             )
 
+    def note(self, rule: str, mask: Mask, note: str) -> None:
+        """Report the rows in `mask`, if any, as something that is no fault."""
+        if mask.any():
+            self.repairs.append(Repair(rule, int(mask.sum()), int(self.lines[mask][0]), note))
+
     def drop(self, mask: Mask) -> None:
         """Remove rows from every column."""
         self.columns = {key: values[~mask] for key, values in self.columns.items()}
         self.lines = self.lines[~mask]
-
-
-def drop_faulty(ledger: Ledger, key: str) -> None:
-    """A time, position or applied force that is no finite number: the row is dropped."""
-    mask = ~np.isfinite(ledger.columns[key])
-    ledger.record(
-        "bad cell", mask, f"column {ledger.names[key]!r} blank or no finite number: row dropped"
-    )
-    ledger.drop(mask)
-
-
-def hold_last(ledger: Ledger, key: str, faulty: Mask, rule: str, what: str) -> None:
-    """A slow quantity that is missing: hold the last good value (before the first, the first)."""
-    ledger.record(rule, faulty, f"column {ledger.names[key]!r} {what}: last value held")
-    if not faulty.any():
-        return
-    good = np.flatnonzero(~faulty)
-    source = good[np.maximum(np.searchsorted(good, np.arange(faulty.size), side="right") - 1, 0)]
-    ledger.columns[key] = ledger.columns[key][source]
-
-
-def hold_temperature(ledger: Ledger, key: str) -> None:
-    """Blank cells, and readings that only an open thermocouple gives, hold the last value."""
-    values = ledger.columns[key]
-    hold_last(ledger, key, ~np.isfinite(values), "bad cell", "blank or no finite number")
-    values = ledger.columns[key]
-    hold_last(ledger, key, (values < -60) | (values > 500), "wild temperature", "beyond -60..500 C")
-
-
-def drop_glitches(ledger: Ledger) -> None:
-    """A count that no 10-bit converter gives: one in a thousand rows is dropped, more refused."""
-    reading = ledger.columns["reading"]
-    mask = (reading < 0) | (reading > 1023) | (reading != np.rint(reading))
-    if mask.sum() > max(1, ledger.total // 1000):
-        first = int(np.flatnonzero(mask)[0])
-        raise RunError.at(
-            ledger.path,
-            f"{reading[first]:g} is no 10-bit count, and {mask.sum()} rows have such readings",
-            "log whole counts of 0..1023, or set columns.position_unit to the unit it is in",
-            row=int(ledger.lines[first]),
-            column=ledger.names["reading"],
-        )
-    name = ledger.names["reading"]
-    ledger.record("glitch", mask, f"column {name!r} is no whole count of 0..1023: row dropped")
-    ledger.drop(mask)

@@ -6,24 +6,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.repair import Floats, Ledger, Repair
+from muscle_bayes.data.repairing.ledger import Floats, Ledger, Repair
 
 RESTART: Final = 1.0
 """Backward jump from which a log is taken for restarted, s."""
 GAP: Final = 20.0
 """A gap is a spacing of more than this many median spacings."""
+_MOST_BACK: Final = 0.05
+"""Share of rows that jump back above which the time column does not rise at all."""
 _BLOCK: Final = 100
 """Rows within which the forward jump that belongs to a backward one is sought."""
 
 
+def refuse_falling_time(ledger: Ledger) -> None:
+    """A time column that goes back again and again is no clock (LabVIEW's bursts, a scope's sweeps).
+
+    Raises RunError, which offers a fixed rate.
+    """
+    time = ledger.columns["time"]
+    back = np.flatnonzero(np.diff(time) < 0) + 1
+    if back.size > max(2.0, 0.9 * time.size):
+        raise RunError.at(
+            ledger.path,
+            f"the time column falls, from {time[0]:.6g} to {time[-1]:.6g} s: the newest row is first",
+            "sort the rows by time",
+            row=int(ledger.lines[back[0]]),
+            column=ledger.names["time"],
+        )
+    if back.size > max(2.0, _MOST_BACK * time.size):
+        row = int(back[0])
+        raise RunError.at(
+            ledger.path,
+            f"the time column does not rise: it goes back in {back.size} of {time.size} rows, first "
+            f"from {time[row - 1]:.6g} to {time[row]:.6g} s",
+            "where rows are evenly spaced, give their rate as sample_rate (rows per second) in "
+            "[log]; else export a time that runs on",
+            row=int(ledger.lines[row]),
+            column=ledger.names["time"],
+            key="log.sample_rate",
+        )
+
+
 def drop_duplicates(ledger: Ledger) -> None:
-    """Rows with the time stamp of the row before: the first is kept."""
-    same = np.diff(ledger.columns["time"], prepend=np.nan) == 0
+    """Rows with the time stamp of the row before: the first is kept.
+
+    Raises RunError where stamps are so coarse that most rows share one.
+    """
+    time = ledger.columns["time"]
+    same = np.diff(time, prepend=np.nan) == 0
+    if same.sum() > 0.3 * same.size:
+        row = int(np.flatnonzero(same)[0])
+        raise RunError.at(
+            ledger.path,
+            f"{int(same.sum())} of {same.size} rows have the time stamp of the row before: stamps "
+            f"are {median_spacing(time):.4g} s apart, coarser than rows",
+            "export finer times, or give the rows' rate as sample_rate (rows per second) in [log]",
+            row=int(ledger.lines[row]),
+            column=ledger.names["time"],
+            key="log.sample_rate",
+        )
     ledger.record("duplicate time", same, "time stamp of the row before: the first row kept")
     ledger.drop(same)
 
 
-def mend_backward_jumps(ledger: Ledger) -> None:
+def undo_backward_jumps(ledger: Ledger) -> None:
     """Make time rise where it jumps back by less than RESTART.
 
     A backward jump that undoes a forward one near by means that the block of rows between them was
@@ -37,11 +83,11 @@ def mend_backward_jumps(ledger: Ledger) -> None:
     if not back.size:
         return
     _refuse_restart(ledger, time, back)
-    median = _median_spacing(time)
+    median = median_spacing(time)
     blocks: list[int] = []
     shifts: list[int] = []
     for row in map(int, back):
-        if time[row] > time[row - 1]:  # mended together with the jump before
+        if time[row] > time[row - 1]:  # undone together with the jump before
             continue
         if (block := _displaced_block(time, row, median)) is not None:
             time[slice(*block[:2])] += block[2]
@@ -61,23 +107,24 @@ def gaps(time: Floats) -> list[tuple[float, float]]:
     spacing = np.diff(time)
     if not spacing.size:
         return []
-    at = np.flatnonzero(spacing > GAP * _median_spacing(time))
+    at = np.flatnonzero(spacing > GAP * median_spacing(time))
     return [(float(time[i]), float(time[i + 1])) for i in at]
 
 
 def report_gaps(ledger: Ledger) -> None:
     """Report gaps; nothing is filled."""
     time = ledger.columns["time"]
-    found = gaps(time)
-    if not found:
+    long_gaps = gaps(time)
+    if not long_gaps:
         return
-    row = int(ledger.lines[np.searchsorted(time, found[0][1])])
-    longest = max(end - start for start, end in found)
+    row = int(ledger.lines[np.searchsorted(time, long_gaps[0][1])])
+    longest = max(end - start for start, end in long_gaps)
     note = f"spacings of more than {GAP:g} medians, the longest {longest:.4g} s: not filled"
-    ledger.repairs.append(Repair("gap", len(found), row, note))
+    ledger.repairs.append(Repair("gap", len(long_gaps), row, note))
 
 
-def _median_spacing(time: Floats) -> float:
+def median_spacing(time: Floats) -> float:
+    """Usual distance of rows, in the unit of `time`; 0 where none rises."""
     spacing = np.diff(time)
     rising = spacing[spacing > 0]
     return float(np.median(rising)) if rising.size else 0.0

@@ -1,0 +1,149 @@
+"""`muscle-bayes init`: the metadata of a log, guessed from its file and asked for."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from muscle_bayes.cli.common import EXIT_USER_ERROR, JsonOption, print_error, write_json
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from muscle_bayes.data.guessing.answers import Answers, Question
+
+
+_NUMBERS = ("sample_rate", "load", "radians_per_count", "zero_reading")
+
+
+def init(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, text, LabVIEW, Parquet.")],
+    time: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Time column, by name or number.")
+    ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Unit of the time column.")
+    ] = None,
+    sample_rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Rows per second, without a time column.")
+    ] = None,
+    position: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Measured position or velocity.")
+    ] = None,
+    position_unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Its unit: counts, rad, deg, mm, rad/s, ...")
+    ] = None,
+    temperature_unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Unit of the temperatures.")
+    ] = None,
+    element: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORDS",
+            help="What acts on the moving part: none, 'arm 0.49 0.10' (kg, m), spring, "
+            "'muscle 0.12 0.003' (length, drum radius, m).",
+        ),
+    ] = None,
+    load: Annotated[float | None, typer.Option(metavar="KG", help="Mass that hangs on it.")] = None,
+    radians_per_count: Annotated[
+        float | None, typer.Option(metavar="RAD", help="Angle of one count, of raw counts.")
+    ] = None,
+    zero_reading: Annotated[
+        float | None, typer.Option(metavar="COUNTS", help="Counts at angle zero, of raw counts.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The metadata.  [default: beside the log, NAME.toml]"),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the metadata.")] = False,
+    ask: Annotated[
+        bool | None,
+        typer.Option(
+            "--ask/--no-ask", help="Ask what the log cannot tell; by default in a terminal."
+        ),
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """Write a log's metadata, NAME.toml: guess what the file tells, ask what it cannot tell."""
+    from muscle_bayes.data.errors import RunError
+    from muscle_bayes.data.files import read_bytes
+    from muscle_bayes.data.guessing.answers import Answers
+    from muscle_bayes.data.guessing.draft import draft_of
+    from muscle_bayes.data.guessing.guess import guess_log
+    from muscle_bayes.data.reader import run_from_bytes
+    from muscle_bayes.whole_file import write_whole
+
+    target = log.with_suffix(".toml") if out is None else out
+    if log.suffix.lower() == ".toml":
+        raise RunError.at(log, "is metadata, not a log", "name the log")
+    if target.exists() and not overwrite:
+        raise RunError.at(target, "exists", "give --overwrite to replace it, or another --out")
+    content = read_bytes(log, "the log")
+    guess = guess_log(content, log)
+    answers = Answers(
+        time=time,
+        position=position,
+        position_unit=position_unit,
+        time_unit=time_unit,
+        temperature_unit=temperature_unit,
+        sample_rate=sample_rate,
+        element=element,
+        load=load,
+        radians_per_count=radians_per_count,
+        zero_reading=zero_reading,
+    )
+    _complete(answers, guess, sys.stdin.isatty() if ask is None else ask)
+    text = draft_of(guess, answers).text(log.name)
+    write_whole(target, text.encode())
+    typer.echo(f"{target}:\n\n{text}")
+    facts: dict[str, Any] = guess.facts() | {"metadata": target, "toml": text}
+    error: MuscleBayesError | None = None
+    try:
+        run = run_from_bytes(content, text.encode(), log, target)
+        typer.echo(repr(run))
+        for repair in run.repairs:
+            typer.echo(f"repaired: {repair}")
+        facts |= {"rows": len(run.table), "repairs": [str(repair) for repair in run.repairs]}
+    except MuscleBayesError as found:
+        error = found
+        facts |= {"error": str(found)}
+    if json is not None:
+        write_json(json, facts)
+    if error is not None:
+        print_error(error)
+        raise typer.Exit(EXIT_USER_ERROR)
+
+
+def _complete(answers: "Answers", guess: Any, ask: bool) -> None:
+    """Ask what is missing, or say by which options it is given. Raises MuscleBayesError."""
+    from muscle_bayes.data.guessing.answers import next_question
+
+    tries: dict[str, int] = {}
+    while True:
+        try:
+            question = next_question(guess, answers)
+        except MuscleBayesError as error:
+            last = next(reversed(tries), None)
+            if last is None or tries[last] >= 3:
+                raise
+            print_error(error)  # of what was answered last
+            setattr(answers, last, None)
+            continue
+        if question is None:
+            return
+        if not ask:
+            if question.key in ("element", "load"):
+                setattr(answers, question.key, "none" if question.key == "element" else 0.0)
+                continue
+            option = f"--{question.key.replace('_', '-')}"
+            raise MuscleBayesError(
+                f"{guess.path}: the log does not tell: {question.text}. Fix: give {option}."
+            )
+        tries[question.key] = tries.pop(question.key, 0) + 1
+        _answer(answers, question)
+
+
+def _answer(answers: "Answers", question: "Question") -> None:
+    kind = float if question.key in _NUMBERS else str
+    default = question.default if question.default is None else kind(question.default)
+    setattr(answers, question.key, typer.prompt(question.text, default=default, type=kind))

@@ -1,0 +1,172 @@
+"""What a run assumes because its metadata do not say it: every default, in words."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from pydantic import BaseModel
+
+from muscle_bayes.data.run import Run
+from muscle_bayes.data.sensor import ZERO_UNCERTAINTY
+from muscle_bayes.data.tables import CONVERTER_BITS
+from muscle_bayes.data.units import COUNTS
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One key that the metadata leave out."""
+
+    key: str
+    """its place in NAME.toml"""
+    taken: str
+    """what is taken instead"""
+
+
+def assumptions(run: Run) -> list[Assumption]:
+    """Everything that a run's metadata leave out and that bears on this run, in their order.
+
+    Args:
+        run: as read.
+
+    Returns:
+        Key and what is taken in its stead. Keys that play no part in this rig are not listed.
+    """
+    metadata = run.metadata
+    tables: list[tuple[str, BaseModel]] = [("", metadata)]
+    for name in type(metadata).model_fields:
+        if isinstance(table := getattr(metadata, name), BaseModel):
+            tables.append((f"{name}.", table))
+    listed = []
+    for prefix, table in tables:
+        for field in type(table).model_fields:
+            if field in table.model_fields_set:
+                continue
+            said = ABSENT.get(f"{type(table).__name__}.{field}")
+            told = said(run, prefix) if callable(said) else said
+            if told:
+                listed.append(Assumption(f"{prefix}{field}", told))
+    if metadata.protocol == "spring":
+        listed.append(Assumption("first speed", "0, the run is released at its first row"))
+    return listed
+
+
+def _has_muscle(run: Run) -> bool:
+    return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
+
+
+def _temperature(run: Run, side: str) -> str:
+    if getattr(run.metadata, f"element_{side}").kind != "muscle":
+        return ""
+    return f"{run.metadata.fixture.room_temperature:g} C throughout (fixture.room_temperature)"
+
+
+def _where(condition: Callable[[Run], bool], told: str) -> Callable[[Run, str], str]:
+    return lambda run, prefix: told if condition(run) else ""
+
+
+def _names(key: str) -> Callable[[Run], bool]:
+    """Whether [columns] names a column of this kind."""
+    return lambda run: (
+        run.metadata.columns is not None and (getattr(run.metadata.columns, key) is not None)
+    )
+
+
+def _from_text(run: Run) -> bool:
+    return run.path is None or run.path.suffix.lower() not in (".parquet", ".h5", ".hdf5")
+
+
+def _read_clock(run: Run, prefix: str) -> str:
+    formats = {"hms": "HH:MM:SS, recognised", "iso": "ISO dates, recognised", "number": "numbers"}
+    return formats.get(run.clock, "")
+
+
+def _spring(key: str, told: str, torsion: str = "") -> Callable[[Run, str], str]:
+    def say(run: Run, prefix: str) -> str:
+        element = getattr(run.metadata, prefix.rstrip("."))
+        if element.linkage == "torsion":
+            return torsion
+        if key == "zero" and (element.free_length or element.tension_at_zero) is not None:
+            return ""
+        return told
+
+    return say
+
+
+_Said = str | Callable[[Run, str], str]
+_IN_COUNTS: Final = _where(lambda run: run.unit == COUNTS, "a potentiometer's raw counts")
+
+ABSENT: Final[dict[str, _Said]] = {
+    "Metadata.format": "",
+    "Metadata.notes": "",
+    "Metadata.fixture": "",
+    "Metadata.potentiometer": "",
+    "Metadata.thermometer": _where(_has_muscle, "its delay is not known"),
+    "Metadata.columns": "the fixture's own header",
+    "Metadata.log": "",
+    "Metadata.element_b": "none",
+    "Metadata.load": _where(lambda run: not run.metadata.has_load, "nothing hangs on the rig"),
+    "Fixture.motion": "rotary",
+    "Fixture.rotor_radius_a": "",
+    "Fixture.anchor_x_a": "",
+    "Fixture.anchor_y_a": "",
+    "Fixture.rotor_radius_b": "",
+    "Fixture.anchor_x_b": "",
+    "Fixture.anchor_y_b": "",
+    "Fixture.disc_radius": "",
+    "Fixture.stops": "none",
+    "Fixture.room_temperature": lambda run, prefix: (
+        f"{run.metadata.fixture.room_temperature:g} C" if _has_muscle(run) else ""
+    ),
+    "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
+    "Potentiometer.bits": f"{CONVERTER_BITS}, whole counts of 0 to {2**CONVERTER_BITS - 1}",
+    "Thermometer.delay_uncertainty": "0 s, the delay is exact",
+    "LogFormat.separator": _where(_from_text, "comma (tab in .tsv and .lvm), or as the file says"),
+    "LogFormat.decimal": _where(_from_text, "point"),
+    "LogFormat.thousands": _where(_from_text, "none"),
+    "LogFormat.skip_lines": _where(_from_text, "0"),
+    "LogFormat.comment": _where(_from_text, "#"),
+    "LogFormat.encoding": _where(_from_text, "UTF-8, else Latin-1"),
+    "LogFormat.header": "true",
+    "LogFormat.sample_rate": "",
+    "LogFormat.time_format": _read_clock,
+    "LogFormat.group": _where(lambda run: not _from_text(run), "the file's root or only group"),
+    "Columns.time": "",
+    "Columns.time_unit": _where(lambda run: run.clock == "number", "s"),
+    "Columns.position_unit": _IN_COUNTS,
+    "Columns.position_sign": "1",
+    "Columns.position_zero": _where(lambda run: run.unit != COUNTS, "0"),
+    "Columns.position_zero_uncertainty": _where(lambda run: run.unit != COUNTS, "0, exact"),
+    "Columns.temperature_a": lambda run, prefix: _temperature(run, "a"),
+    "Columns.temperature_b": lambda run, prefix: _temperature(run, "b"),
+    "Columns.temperature_unit": _where(
+        lambda run: _names("temperature_a")(run) or _names("temperature_b")(run), "degC"
+    ),
+    "Columns.load": "",
+    "Columns.load_unit": _where(_names("load"), "kg"),
+    "Columns.applied": "no known torque or force",
+    "Columns.applied_unit": lambda run, prefix: (
+        ("N" if run.metadata.fixture.motion == "linear" else "N*m")
+        if _names("applied")(run)
+        else ""
+    ),
+    "Columns.accept_units": "",
+    "Load.unit": "kg",
+    "MuscleElement.kind": "",
+    "MuscleElement.linkage": "pins",
+    "MuscleElement.drum_radius": "",
+    "MuscleElement.length_at_zero": "",
+    "MuscleElement.heater_length": "heated over its whole length",
+    "SpringElement.kind": "",
+    "SpringElement.linkage": "pins",
+    "SpringElement.drum_radius": "",
+    "SpringElement.length_at_zero": "",
+    "SpringElement.rate": "not known, to be estimated",
+    "SpringElement.free_length": _spring("zero", "not known, to be estimated"),
+    "SpringElement.tension_at_zero": _spring("", "", torsion="not known, to be estimated"),
+    "SpringElement.closed_length": _spring("", "none, the spring pulls at any length"),
+    "SpringElement.damping": "not known, to be estimated",
+    "ArmElement.kind": "",
+    "ArmElement.hanging_angle": "0 rad",
+    "NoElement.kind": "",
+}
+"""Table and key -> what its absence means; empty where it bears on nothing."""

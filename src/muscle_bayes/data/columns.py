@@ -1,0 +1,84 @@
+"""The [columns] table: which columns a log has, and their units."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, model_validator
+
+from muscle_bayes.data.elements import Finite, NonNegative, Table
+from muscle_bayes.data.names import ColumnName
+from muscle_bayes.data.units import COUNTS, Kind, examples, unit_of
+
+Quantity = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied"]
+"""What a named column may hold."""
+
+_UNITS: dict[str, tuple[Kind, ...]] = {
+    "time_unit": ("time",),
+    "position_unit": ("counts", "angle", "length", "angular velocity", "velocity"),
+    "temperature_unit": ("temperature",),
+    "load_unit": ("mass",),
+    "applied_unit": ("force", "torque"),
+}
+
+
+def _quantities(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+class Columns(Table):
+    """Columns of a log, and their units, where they are not the fixture's own."""
+
+    time: ColumnName | None = None
+    """absent only where [log] gives a sample_rate"""
+    time_unit: str | None = None
+    """absent = s"""
+    position: ColumnName
+    """the measured output: a position, or a velocity where position_unit is one"""
+    position_unit: str = COUNTS
+    """counts, or a unit of angle, length, or the velocity of either"""
+    position_sign: Literal[1, -1] = 1
+    position_zero: Finite | None = None
+    """reading at coordinate zero, in position_unit; absent = 0"""
+    position_zero_uncertainty: NonNegative | None = None
+    """standard uncertainty of that, in position_unit; absent = exact"""
+    temperature_a: ColumnName | None = None
+    temperature_b: ColumnName | None = None
+    temperature_unit: str | None = None
+    """of both; absent = degC"""
+    load: ColumnName | None = None
+    """mass that hangs on the rig, instead of [load]"""
+    load_unit: str | None = None
+    """absent = kg; a unit of force is taken for the weight"""
+    applied: ColumnName | None = None
+    """known torque, or force where motion is linear"""
+    applied_unit: str | None = None
+    """absent = N*m, or N where motion is linear"""
+    accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_quantities)] = ()
+    """columns whose unit is right although the header or the numbers speak against it"""
+
+    @model_validator(mode="after")
+    def _units_are_known(self) -> "Columns":
+        for key, kinds in _UNITS.items():
+            text = getattr(self, key)
+            if text is not None and unit_of(text, kinds) is None:
+                raise ValueError(
+                    f"{key}: {text!r} is no unit of {' or '.join(kinds)}; "
+                    f"give one such as {examples(kinds)}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _position_is_described_once(self) -> "Columns":
+        if self.time is not None and self.time == self.position:
+            raise ValueError(
+                f"position: names the same column as time, {self.time!r}; name the position's own"
+            )
+        if self.position_unit == COUNTS:
+            for key, own in (
+                ("position_zero", "zero_reading"),
+                ("position_zero_uncertainty", "zero_uncertainty"),
+            ):
+                if getattr(self, key) is not None:
+                    raise ValueError(
+                        f"{key}: is for positions that are not in counts; use potentiometer.{own}"
+                    )
+        return self

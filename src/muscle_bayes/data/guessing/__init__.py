@@ -1,0 +1,1 @@
+"""What a log's file tells of its own layout, columns and units, for `muscle-bayes init`."""

@@ -1,0 +1,212 @@
+"""What a log's file cannot tell, the questions for it, and what is taken from the answers."""
+
+import shlex
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.guessing.guess import Guess
+from muscle_bayes.data.guessing.roles import Column
+from muscle_bayes.data.guessing.write import Entry
+from muscle_bayes.data.units import Kind, Unit, examples, unit_of
+
+POSITIONS: Final[tuple[Kind, ...]] = (
+    "counts",
+    "angle",
+    "length",
+    "angular velocity",
+    "velocity",
+)
+ELEMENTS: Final = "none, arm MASS DISTANCE, spring, muscle LENGTH [DRUM_RADIUS]"
+"""What may be answered of what acts on the moving part; in kg and m."""
+
+
+@dataclass
+class Answers:
+    """What the user has said; None where nothing."""
+
+    time: str | None = None
+    position: str | None = None
+    position_unit: str | None = None
+    time_unit: str | None = None
+    temperature_unit: str | None = None
+    sample_rate: float | None = None
+    element: str | None = None
+    load: float | None = None
+    radians_per_count: float | None = None
+    zero_reading: float | None = None
+
+
+@dataclass(frozen=True)
+class Question:
+    """Something that the file cannot tell."""
+
+    key: str
+    """field of Answers, and with hyphens the command's option"""
+    text: str
+    default: str | None = None
+
+
+def time_column(guess: Guess, answers: Answers) -> Column | None:
+    """The time column, as answered or guessed. Raises RunError where the answer names none."""
+    if answers.sample_rate is not None and answers.time is None:
+        return None
+    if answers.time is None:
+        return None if guess.layout.sample_rate is not None and guess.time is None else guess.time
+    return _named(guess, answers.time, "time")
+
+
+def position_column(guess: Guess, answers: Answers) -> Column | None:
+    """The measured column, as answered or guessed; None where several may be it."""
+    if answers.position is not None:
+        return _named(guess, answers.position, "position")
+    time = time_column(guess, answers)
+    candidates = [column for column in guess.measured if column is not time]
+    positions = [column for column in candidates if column.likely == "position"]
+    if len(positions) == 1:
+        return positions[0]
+    return candidates[0] if len(candidates) == 1 else None
+
+
+def position_unit(column: Column, answers: Answers) -> Unit | None:
+    """Unit of the measured column, as answered or said by the log. Raises RunError."""
+    if answers.position_unit is not None:
+        unit = unit_of(answers.position_unit, POSITIONS)
+        if unit is None:
+            raise RunError(
+                f"--position-unit {answers.position_unit}: is no unit of "
+                f"{' or '.join(POSITIONS)}. Fix: give one such as {examples(POSITIONS)}."
+            )
+        return unit
+    return column.unit if column.unit is not None and column.unit.kind in POSITIONS else None
+
+
+def next_question(guess: Guess, answers: Answers) -> Question | None:
+    """The first thing that must be known and is not; None where all is known.
+
+    Raises:
+        RunError: an answer cannot be used.
+    """
+    time = time_column(guess, answers)
+    if time is None and answers.sample_rate is None and guess.layout.sample_rate is None:
+        return Question(
+            "sample_rate",
+            "No column rises as a time does. Rows per second, if they are evenly spaced",
+        )
+    position = position_column(guess, answers)
+    if position is None:
+        choices = ", ".join(_shown(column) for column in guess.columns if column is not time)
+        return Question("position", f"Column of the measured position or velocity ({choices})")
+    unit = position_unit(position, answers)
+    if unit is None:
+        return Question(
+            "position_unit",
+            f"Unit of {_shown(position)} ({examples(POSITIONS)})",
+        )
+    if unit.kind == "counts":
+        if not answers.radians_per_count:
+            return Question(
+                "radians_per_count", "Angle of one count, rad (negative: it counts down)"
+            )
+        if answers.zero_reading is None:
+            return Question("zero_reading", "Counts at angle zero")
+    if time is not None and answers.time_unit is None and (likely := _odd_time(time)):
+        return Question("time_unit", f"Unit of {_shown(time)} (s, ms, us)", likely)
+    for column in guess.likely("temperature_a", "temperature_b"):
+        if answers.temperature_unit is None and column.unit is None and (odd := _odd(column)):
+            return Question(
+                "temperature_unit", f"Unit of {_shown(column)} (degC, kelvin, degF)", odd
+            )
+    if answers.element is None:
+        return Question("element", f"What acts on the moving part ({ELEMENTS})", "none")
+    element_entries(answers.element, unit)
+    kind = answers.element.split()[0]
+    linear = unit.kind in ("length", "velocity")
+    if answers.load and not linear:
+        raise RunError(
+            f"--load {answers.load:g}: a load on a rotary rig needs the radius at which it pulls. "
+            "Fix: leave --load out, then add [load] and fixture.disc_radius to the metadata."
+        )
+    moved = linear and kind in ("spring", "muscle")
+    if answers.load is None and moved and not guess.likely("load"):
+        return Question("load", "Mass that hangs on it, kg", "0")
+    return None
+
+
+def element_entries(answer: str, unit: Unit) -> list[Entry]:
+    """Keys of [element_a] from an answer such as `arm 0.49 0.10`. Raises RunError."""
+    linear = unit.kind in ("length", "velocity")
+    try:
+        kind, *words = shlex.split(answer.replace(",", " "))
+        sizes = [float(word) for word in words]
+    except ValueError:
+        kind, sizes = "", []
+    if any(not np.isfinite(size) or size <= 0 for size in sizes):
+        kind = ""
+    if kind == "none" and not sizes:
+        return [Entry("kind", "none", "nothing acts but friction: muscle | spring | arm | none")]
+    if kind == "arm" and len(sizes) == 2 and not linear:
+        return [
+            Entry("kind", "arm"),
+            Entry("mass", sizes[0], "kg"),
+            Entry("centre_distance", sizes[1], "m from the axis to the centre of mass"),
+            Entry("hanging_angle", 0.0, "rad, where it hangs at rest"),
+        ]
+    if kind == "spring" and not sizes:
+        why = "rate, free_length or tension_at_zero, damping: absent ones are to be estimated"
+        return [
+            Entry("kind", "spring", why),
+            Entry("linkage", "straight" if linear else "torsion"),
+        ]
+    if kind == "muscle" and len(sizes) == (1 if linear else 2):
+        drum = [] if linear else [Entry("drum_radius", sizes[1], "m")]
+        return [
+            Entry("kind", "muscle"),
+            Entry("linkage", "straight" if linear else "drum"),
+            *drum,
+            Entry("base_length", sizes[0], "m, of the muscle without load"),
+            Entry("length_at_zero", sizes[0], "m, where the position is zero: check"),
+        ]
+    fits = (
+        "none, spring, or muscle LENGTH in m"
+        if linear
+        else "none, arm MASS DISTANCE in kg and m, spring, or muscle LENGTH DRUM_RADIUS in m"
+    )
+    raise RunError(f"--element {answer!r}: cannot be used on this rig. Fix: give {fits}.")
+
+
+def _named(guess: Guess, wanted: str, role: str) -> Column:
+    column = guess.column(wanted)
+    if column is None:
+        known = ", ".join(_shown(column) for column in guess.columns)
+        raise RunError(f"--{role} {wanted}: there is no such column. Fix: give one of {known}.")
+    return column
+
+
+def _shown(column: Column) -> str:
+    return repr(column.name) if column.name else f"column {column.number}"
+
+
+def _odd_time(column: Column) -> str:
+    """The likely unit of a time column that says none and does not look like seconds."""
+    if column.unit is not None or column.clock != "number":
+        return ""
+    values = column.values[np.isfinite(column.values)]
+    if not values.size:
+        return ""
+    if values[0] > 1e11:
+        return "ms" if values[0] < 1e14 else "us"
+    steps = np.diff(values)
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    return "ms" if usual >= 5.0 and bool(np.all(values == np.rint(values))) else ""
+
+
+def _odd(column: Column) -> str:
+    """The likely unit of temperatures that are no degrees C."""
+    values = column.values[np.isfinite(column.values)]
+    if not values.size:
+        return ""
+    low = float(np.percentile(values, 5))
+    return "kelvin" if low > 200.0 else "degF" if low > 45.0 else ""

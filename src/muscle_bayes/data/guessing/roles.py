@@ -1,0 +1,142 @@
+"""What the columns of a log hold, guessed from their names, units and numbers."""
+
+import re
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from muscle_bayes.data.checking.column_units import meant_unit
+from muscle_bayes.data.reading.clock_formats import read_times
+from muscle_bayes.data.reading.header import SaidUnit, unit_in_name, unit_in_row, without_unit
+from muscle_bayes.data.units import Kind, Unit, any_unit, unit_of
+
+Role = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied", "none"]
+
+_NAMES: Final[tuple[tuple[str, str], ...]] = (
+    ("time", r"t|time\w*|timestamp|zeit|temps|tiempo|elapsed\w*|clock|date\w*|seconds|millis"),
+    ("temperature_b", r"(ambient|room|raum|air)\w*"),
+    ("temperature_a", r"temp\w*|t\d|.*temperatur\w*|.*muscle.*_c|celsius|heat\w*|t_\w+"),
+    ("applied", r"(applied|drive\w*|motor)?_?(torque|force|kraft|drehmoment|tau)\w*"),
+    ("load", r"load\w*|mass\w*|weight|masse|last"),
+    (
+        "position",
+        r"(.*_)?(pos\w*|angle\w*|angular_position|winkel\w*|theta\w*|phi|x|y|q|disp\w*|weg|hoehe"
+        r"|height|travel|stroke|length|extension|enc\w*|pot\w*|weight_raised|deg|rad)\w*",
+    ),
+    ("velocity", r"(.*_)?(angular_velocity|velocity|vel|omega|speed|gyro\w*|rate|v|w)\w*"),
+)
+_KINDS: Final[dict[str, tuple[Kind, ...]]] = {
+    "time": ("time",),
+    "temperature_a": ("temperature",),
+    "temperature_b": ("temperature",),
+    "applied": ("force", "torque"),
+    "load": ("mass",),
+    "position": ("angle", "length"),
+    "velocity": ("angular velocity", "velocity"),
+}
+_ROLE_OF: Final[dict[Kind, str]] = {
+    "time": "time",
+    "angle": "position",
+    "length": "position",
+    "angular velocity": "velocity",
+    "velocity": "velocity",
+    "temperature": "temperature_a",
+    "mass": "load",
+    "force": "applied",
+    "torque": "applied",
+}
+
+
+@dataclass
+class Column:
+    """One column of a log."""
+
+    number: int
+    """from 1"""
+    name: str
+    """of the header; empty where there is none"""
+    values: np.ndarray
+    """numbers of the rows looked at; NaN where there is none"""
+    clock: str
+    """how it reads as a time"""
+    likely: str
+    """what it seems to hold: a role, velocity, or nothing"""
+    unit: Unit | None
+    """what its name or the units row says"""
+    said: list[SaidUnit]
+    """all that they say"""
+    changes: bool
+    rises: bool
+
+    @property
+    def reference(self) -> str | int:
+        """How NAME.toml names it."""
+        return self.name or self.number
+
+
+def describe_columns(
+    header: list[str],
+    units_row: list[str],
+    cells: list[tuple[str, ...]],
+    decimal: str,
+    thousands: str | None,
+) -> list[Column]:
+    """Columns with what they seem to hold.
+
+    Args:
+        header: names, empty where the log has none.
+        units_row: cells of a units row, if there is one.
+        cells: text of each column.
+        decimal: decimal sign.
+        thousands: sign between thousands.
+    """
+    columns = []
+    for at, column in enumerate(cells):
+        name = header[at] if at < len(header) else ""
+        times = read_times(column, None, decimal, thousands)
+        values = times.values
+        good = values[np.isfinite(values)]
+        above = unit_in_row(units_row[at]) if at < len(units_row) else []
+        said = [*above, *(unit_in_name(name) if name else [])]
+        likely, unit = _role(name, said)
+        with np.errstate(over="ignore", invalid="ignore"):
+            steps = np.diff(good)
+        if times.kind != "number":
+            likely, unit = "time", None
+        columns.append(
+            Column(
+                at + 1,
+                name if header.count(name) == 1 else "",
+                values,
+                times.kind,
+                likely,
+                unit,
+                said,
+                bool(good.size > 1 and np.ptp(good) > 0),
+                bool(steps.size > 1 and np.mean(steps > 0) > 0.95 and good[-1] > good[0]),
+            )
+        )
+    return columns
+
+
+def _role(name: str, said: list[SaidUnit]) -> tuple[str, Unit | None]:
+    short = re.sub(r"[^a-z0-9]+", "_", without_unit(name).lower()).strip("_")
+    roles = [role for role, pattern in _NAMES if re.fullmatch(pattern, short)]
+    if without_unit(name) == "T":  # t is the time, T the temperature
+        roles = ["temperature_a"]
+    for role in roles:
+        for one in said:
+            if (unit := meant_unit(one, _KINDS[role])) is not None:
+                return role, unit
+    for one in said:
+        if not one.sure:
+            continue
+        unit = any_unit(one.text)
+        if unit is not None and unit.kind in _ROLE_OF and len(one.text) > 1:
+            return _ROLE_OF[unit.kind], unit
+    if not roles and len(name) > 1:  # a column that goes by its unit alone: ms, deg
+        for role, kinds in _KINDS.items():
+            if (unit := unit_of(name, kinds)) is not None:
+                return role, unit
+    return (roles[0] if roles else ""), None

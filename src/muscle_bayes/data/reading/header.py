@@ -1,0 +1,131 @@
+"""The header of a log: names of columns, the units they say, and where each column stands."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.names import column_label
+from muscle_bayes.data.reading.cells import is_number
+from muscle_bayes.data.units import is_unit
+
+_SHOWN = 20
+_BRACKETS = re.compile(r"^(.*?)[\s_]*[(\[{<]\s*([^()\[\]{}<>]*)\s*[)\]}>]\s*$")
+_AFTER_SIGN = re.compile(r"^(.*\S)\s*[,;:/]\s*([^\s,;:/].*)$")
+_RATE_SUFFIX = re.compile(r"^(.*[^_\s])[_\s]+([A-Za-z°µμ]+[_/](?:s|min))$")
+_SUFFIX = re.compile(r"^(.*[^_\s])[_\s]+([A-Za-z°µμ%]+)$")
+
+
+@dataclass(frozen=True)
+class SaidUnit:
+    """A unit that the log itself says of a column."""
+
+    text: str
+    where: str
+    """what says it, for messages"""
+    sure: bool
+    """whether it stands as a unit (brackets, a units row) and not as the tail of a name"""
+    in_row: bool = False
+    """whether a units row says it"""
+
+
+def bare(name: str) -> str:
+    """A header's cell without blanks and quotes around it."""
+    return name.strip().strip('"').strip()
+
+
+def without_unit(name: str) -> str:
+    """A column's name without the unit in brackets or after a sign at its end."""
+    for pattern in (_BRACKETS, _AFTER_SIGN):
+        if found := pattern.match(name):
+            return found[1].strip()
+    return name
+
+
+def unit_in_name(name: str) -> list[SaidUnit]:
+    """What the end of a column's name may say of its unit, the surest first."""
+    said = []
+    patterns = (
+        (_BRACKETS, True),
+        (_AFTER_SIGN, True),
+        (_RATE_SUFFIX, False),
+        (_SUFFIX, False),
+    )
+    for pattern, sure in patterns:
+        if (found := pattern.match(name)) and found[2].strip():
+            text = re.sub(r"_(s|min)$", r"/\1", found[2].strip())
+            said.append(SaidUnit(text, f"the column's name {name!r}", sure))
+    said.append(SaidUnit(name, f"the column's name {name!r}", False))
+    return said
+
+
+def is_units_row(row: Sequence[str]) -> bool:
+    """Whether a row below the header holds units: (ms),(V) or s;deg."""
+    cells = [re.sub(r"^[(\[{<]\s*|\s*[)\]}>]$", "", bare(cell)) for cell in row]
+    words = [cell for cell in cells if cell and cell not in ("-", "1")]
+    return (
+        bool(words)
+        and not any(is_number(cell) or is_number(cell, ",") for cell in words)
+        and all(len(word) <= 20 for word in words)
+        and sum(map(is_unit, words)) > len(words) / 2
+    )
+
+
+def unit_in_row(cell: str) -> list[SaidUnit]:
+    """What a units row says of a column."""
+    text = re.sub(r"^[(\[{<]\s*|\s*[)\]}>]$", "", bare(cell))
+    return [SaidUnit(text, f"the units row ({text})", True, True)] if text else []
+
+
+def place(
+    header: Sequence[str], name: str | int, path: Path, row: int, own: bool, hint: str = ""
+) -> int:
+    """Where a column stands.
+
+    Args:
+        header: names of the columns, as `bare` gives them.
+        name: the name wanted, or the column's number from 1.
+        path: serves the messages.
+        row: line of the header.
+        own: whether the fixture's own header was expected, no [columns] being given.
+        hint: what to do where the name is not there, if that is known.
+
+    Raises:
+        RunError: the name is not there, or there more than once.
+    """
+    if isinstance(name, int):
+        if name > len(header):
+            raise RunError.at(
+                path,
+                f"there is no such column, the log has {len(header)}",
+                "correct the number in [columns], the first column is 1",
+                row=row,
+                column=column_label(name),
+            )
+        return name - 1
+    wanted = column_label(name)
+    short = [without_unit(found) for found in header]
+    for names in (header, short):
+        if names.count(wanted) == 1:
+            return names.index(wanted)
+        if names.count(wanted) > 1:
+            problem = f"expected once, found {names.count(wanted)} times in the header"
+            fix = "rename or remove the others, or give the column's number in [columns]"
+            raise RunError.at(path, f"{problem} {_listed(header)}", fix, row=row, column=wanted)
+    close = get_close_matches(wanted, header, n=1)
+    near = f"; did you mean {close[0]!r}?" if close else ""
+    if hint:
+        fix = hint
+    elif own:
+        fix = f"give the fixture's header, or name the log's own columns in [columns]{near}"
+    else:
+        fix = f"correct the name in [columns]{near}"
+    raise RunError.at(
+        path, f"expected, not found; found {_listed(header)}", fix, row=row, column=wanted
+    )
+
+
+def _listed(header: Sequence[str]) -> str:
+    return ", ".join(repr(name[:60]) for name in header[:_SHOWN])

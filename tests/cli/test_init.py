@@ -1,0 +1,201 @@
+"""`muscle-bayes init` from outside: guessed from the log, asked only what the log cannot tell."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from muscle_bayes.cli import app
+from muscle_bayes.data import read_run
+
+TIME = np.arange(300) * 20
+SWING = np.round(45.0 * np.exp(-TIME / 5000) * np.cos(TIME / 150), 3)
+
+
+def newcomer(header: str = "Zeit (ms);Winkel (°)", rows: int = 300) -> str:
+    """Semicolons, decimal commas, degrees and milliseconds."""
+    lines = [f"{t},0;{x}".replace(".", ",") for t, x in zip(TIME[:rows], SWING, strict=False)]
+    return "\n".join([header, *lines]) + "\n"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "swing.csv"
+    path.write_text(newcomer(), encoding="utf-8")
+    return path
+
+
+def init(*arguments, answers: str = ""):
+    return CliRunner().invoke(app, ["init", *map(str, arguments)], input=answers)
+
+
+def test_a_newcomer_answers_at_most_twice(log):
+    result = init(log, "--ask", answers="arm 0.49 0.10\n")
+    assert result.exit_code == 0, result.output
+    assert result.output.count("[none]") == 1
+    run = read_run(log)
+    assert run.repairs == ()
+    assert run.duration == pytest.approx(5.98)
+    assert run.coordinate == pytest.approx(np.deg2rad(SWING), abs=1e-6)
+    assert (run.metadata.element_a.mass, run.metadata.element_a.centre_distance) == (0.49, 0.10)
+
+
+def test_the_unit_is_asked_where_the_log_says_none(log):
+    log.write_text(newcomer("Zeit (ms);Winkel"))
+    result = init(log, "--ask", answers="deg\nnone\n")
+    assert result.exit_code == 0, result.output
+    assert "Unit of 'Winkel'" in result.output
+    assert read_run(log).unit == "deg"
+
+
+def test_a_wrong_answer_is_asked_again(log):
+    log.write_text(newcomer("Zeit (ms);Winkel"))
+    result = init(log, "--ask", answers="bananas\ndeg\narm\nnone\n")
+    assert result.exit_code == 0, result.output
+    assert "is no unit of" in result.stderr
+    assert "cannot be used on this rig" in result.stderr
+    assert read_run(log).metadata.element_a.kind == "none"
+
+
+def test_wrong_answers_come_to_an_end(log):
+    log.write_text(newcomer("Zeit (ms);Winkel"))
+    result = init(log, "--ask", answers="a\nb\nc\nd\n")
+    assert result.exit_code == 2
+    assert not log.with_suffix(".toml").exists()
+
+
+def test_without_questions_options_are_named(log):
+    log.write_text(newcomer("Zeit (ms);Winkel"))
+    result = init(log)
+    assert result.exit_code == 2
+    assert "the log does not tell: Unit of 'Winkel'" in result.stderr
+    assert "--position-unit" in result.stderr
+    assert init(log, "--position-unit", "deg").exit_code == 0
+
+
+def test_what_it_took_is_written_with_the_reason(log):
+    assert init(log).exit_code == 0
+    text = log.with_suffix(".toml").read_text()
+    for line in ['separator = ";"', 'decimal = ","', 'time_unit = "ms"', 'position_unit = "°"']:
+        assert line in text
+    assert "# the log says so" in text
+    assert "# stops =" in text
+
+
+def test_json_of_what_it_found(log, tmp_path):
+    assert init(log, "--json", tmp_path / "facts.json").exit_code == 0
+    facts = json.loads((tmp_path / "facts.json").read_text())
+    assert facts["log"] == {"separator": ";", "decimal": ","}
+    assert [column["likely"] for column in facts["columns"]] == ["time", "position"]
+    assert facts["rows"] == 300
+    assert 'time = "Zeit (ms)"' in facts["toml"]
+
+
+def test_metadata_are_not_replaced_unasked(log):
+    log.with_suffix(".toml").write_text("mine")
+    result = init(log)
+    assert result.exit_code == 2
+    assert "exists" in result.stderr
+    assert log.with_suffix(".toml").read_text() == "mine"
+    assert init(log, "--overwrite").exit_code == 0
+    assert init(log, "--out", log.with_name("other.toml")).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "the log is empty"),
+        (b"no numbers here\nnone at all\n", "no row"),
+        (b"\x00\x01\x02" * 40, "UTF-16"),
+    ],
+)
+def test_no_log(log, content, told):
+    log.write_bytes(content)
+    result = init(log)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert "Fix: " in result.stderr
+
+
+def test_no_file(tmp_path):
+    assert "is missing" in init(tmp_path / "absent.csv").stderr
+    assert "is metadata, not a log" in init(tmp_path / "a.toml").stderr
+
+
+def test_a_log_that_is_guessed_but_not_read_says_why(log):
+    lines = newcomer().splitlines()
+    lines[100:] = [lines[50]] * 200
+    log.write_text("\n".join(lines))
+    result = init(log)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.output
+    assert "time stamp of the row before" in result.stderr
+
+
+OPTIONS = {
+    "time": (["--time", "9"], "--time 9: there is no such column"),
+    "unit": (["--position-unit", "kg"], "--position-unit kg: is no unit of counts"),
+    "element": (["--element", "muscle"], "--element 'muscle': cannot be used"),
+    "load": (["--load", "0.2"], "needs the radius at which it pulls"),
+}
+
+
+@pytest.mark.parametrize("kind", OPTIONS)
+def test_options_that_cannot_be(log, kind):
+    options, told = OPTIONS[kind]
+    result = init(log, *options)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert "Fix: " in result.stderr
+
+
+RIGS = {
+    "spring": ("s;x (mm)", ["--element", "spring", "--load", "0.791"], "straight"),
+    "muscle": ("s;x (mm)", ["--element", "muscle 0.12", "--load", "0.2"], "straight"),
+    "torsion": ("s;phi (rad)", ["--element", "spring"], "torsion"),
+    "drum": ("s;phi (rad)", ["--element", "muscle 0.12 0.003"], "drum"),
+}
+
+
+@pytest.mark.parametrize("kind", RIGS)
+def test_elements(log, kind):
+    header, options, linkage = RIGS[kind]
+    text = newcomer(header).replace(",0;", ";")
+    log.write_text(text if "mm" in header else text.replace(",", "."))
+    result = init(log, "--time-unit", "ms", *options)
+    metadata = log.with_suffix(".toml").read_text()
+    assert f'linkage = "{linkage}"' in metadata, result.output
+    assert 'accept_units = ["time"]' in metadata
+
+
+COLUMNS = "t,x (deg),muscle_c,room_c,torque (N*cm),spare"
+
+
+def test_other_columns_are_taken_by_name_and_unit(log):
+    rows = [f"{t / 1000},{x},{30 + t / 1e3:.2f},22,1,7" for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join([COLUMNS, *rows]))
+    assert init(log).exit_code == 0
+    columns = read_run(log).metadata.columns
+    assert (columns.temperature_a, columns.temperature_b) == ("muscle_c", "room_c")
+    assert (columns.applied, columns.applied_unit) == ("torque (N*cm)", "N*cm")
+    assert columns.load is None
+
+
+def test_rate_from_the_text_above(log):
+    log.write_text("Rig 3\nSample rate: 50 Hz\n" + "\n".join(f"{x}" for x in SWING))
+    assert init(log, "--position-unit", "deg").exit_code == 0
+    assert read_run(log).duration == pytest.approx(5.98)
+
+
+def test_raw_counts_are_asked_for_their_scale(log):
+    counts = np.rint(2048 + SWING * 10).astype(int)
+    log.write_text("ms,adc\n" + "".join(f"{t},{n}\n" for t, n in zip(TIME, counts, strict=True)))
+    result = init(log, "--position", "adc", "--ask", answers="counts\n0.0017\n2048\nnone\n")
+    assert result.exit_code == 0, result.output
+    run = read_run(log)
+    assert run.metadata.potentiometer.bits == 12
+    assert run.duration == pytest.approx(5.98)
+    assert run.coordinate[0] == pytest.approx(450 * 0.0017)
+    assert "--radians-per-count" in init(log, "--position-unit", "counts", "--overwrite").stderr
