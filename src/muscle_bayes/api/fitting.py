@@ -1,6 +1,8 @@
 """Fitting runs from Python, with progress."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
@@ -18,6 +20,7 @@ def fit(
     *,
     effort: Effort | str = "full",
     given: Posterior | None = None,
+    priors: Mapping[str, dist.Distribution] | None = None,
     seed: int = 0,
     progress: bool = True,
 ) -> Posterior:
@@ -34,6 +37,8 @@ def fit(
         effects: names of effects of the catalogue or of your own, in the order in which they act.
         effort: "quick" (some 200 effective draws), "full", or an `Effort` with numbers of its own.
         given: an earlier posterior of the fixture: its J and D become this fit's prior.
+        priors: distributions that replace the default ones, by the name of a site or of a
+            parameter of Table 2; `calibration_model` prints them.
         seed: of the random numbers; the same seed gives the same draws.
         progress: whether to show stages, draws and the time to go.
 
@@ -42,8 +47,8 @@ def fit(
         are not to be used, and `complaints` says why.
 
     Raises:
-        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown effects
-            and efforts, and where `given` has another friction.
+        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown effects,
+            priors and efforts, and where `given` has another friction.
 
     Example:
         >>> import muscle_bayes as mb
@@ -61,5 +66,12 @@ def fit(
         effort = fitting.EFFORTS[effort]
     with shown_progress(progress) as report:
         return fitting.fit(
-            runs, friction, effects, effort=effort, given=given, seed=seed, report=report
+            runs,
+            friction,
+            effects,
+            effort=effort,
+            given=given,
+            priors=priors,
+            seed=seed,
+            report=report,
         )

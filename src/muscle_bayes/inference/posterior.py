@@ -14,36 +14,17 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.markup import html_table, plain_table, three_digits
 
-TABLE_2_UNITS = {
-    "A": "1/K^2",
-    "B": "1/K",
-    "C": "1",
-    "F_hyst_min": "N",
-    "K_hyst": "N/m",
-    "F_modulus_min": "N",
-    "K_modulus": "N/m",
-    "H": "N s/(m K)",
-    "T_hyst_offset": "C",
-}
-"""Units of Table 2's parameters, which are computed from those that are sampled."""
 HEADER = ("parameter", "unit", "mean", "sd", "5 %", "95 %", "bulk ESS", "R-hat")
 
 
-def _labelled(tree: xr.DataTree) -> xr.DataTree:
-    """The tree with coordinates of chains and draws, and with the units of Table 2's parameters.
+def _with_coordinates(tree: xr.DataTree) -> xr.DataTree:
+    """The tree with coordinates of chains and draws, which ArviZ's plots and statistics need."""
 
-    ArviZ's plots and statistics need the coordinates.
-    """
-
-    def labels(group: xr.Dataset) -> xr.Dataset:
+    def numbered(group: xr.Dataset) -> xr.Dataset:
         missing = {"chain", "draw"} & {*group.dims} - {*group.coords}
-        group = group.assign_coords({axis: np.arange(group.sizes[axis]) for axis in missing})
-        for name, unit in TABLE_2_UNITS.items():
-            if name in group and not group[name].attrs.get("units"):
-                group[name] = group[name].assign_attrs(units=unit)
-        return group
+        return group.assign_coords({axis: np.arange(group.sizes[axis]) for axis in missing})
 
-    return tree.map_over_datasets(labels)
+    return tree.map_over_datasets(numbered)
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,7 +48,7 @@ class Posterior:
     tree: xr.DataTree
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tree", _labelled(self.tree))
+        object.__setattr__(self, "tree", _with_coordinates(self.tree))
 
     @property
     def friction(self) -> Friction:
