@@ -103,9 +103,7 @@ def test_a_plant_takes_the_parameters_of_run_muscle_and_effects():
     plant = mb.plant_of(run, values, effects=["bias-torque"])
     assert plant.side_a.parameters.K_modulus == TABLE_2["K_modulus"]
     assert [effect.name for effect in plant.effects] == ["bias-torque"]
-    with pytest.raises(
-        mb.MuscleBayesError, match=r"staircase-166g: no value .* for H, T_hyst_offset"
-    ):
+    with pytest.raises(mb.MuscleBayesError, match=r"staircase-166g: no value for H, T_hyst_offset"):
         mb.plant_of(
             run, {name: values[name] for name in values if name not in ("H", "T_hyst_offset")}
         )
