@@ -22,15 +22,13 @@ numpyro.enable_x64()
 # %% [markdown]
 # ## A model with priors of our own
 #
-# We know our rotor to about a tenth, and the stiffness of our muscle to a factor of some two. Priors are
-# set by the name of a site or of a parameter of Table 2. The model prints them all with their units.
+# We know our rotor to about a tenth (1.2e-3 kg m²), and the stiffness of our muscle to a factor of some
+# two (200 N/m). Priors are set by the name of a site or of a parameter of Table 2. The model prints them
+# all with their units.
 
 # %%
 runs = mb.load_example("staircase-166g")
-priors = {
-    "J": dist.LogNormal(jnp.log(1.2e-3), 0.1),
-    "K_modulus": dist.LogNormal(jnp.log(200.0), 0.5),
-}
+priors = {"J": dist.LogNormal(-6.7, 0.1), "K_modulus": dist.LogNormal(5.3, 0.5)}
 model = mb.calibration_model(runs, priors=priors)
 model
 
