@@ -11,13 +11,12 @@
 import arviz as az
 import jax
 import jax.numpy as jnp
-import numpyro
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 from numpyro.infer import MCMC, NUTS, Predictive, init_to_median
 
 import muscle_bayes as mb
 
-numpyro.enable_x64()
+jax.config.update("jax_enable_x64", True)
 
 # %% [markdown]
 # ## A model with priors of our own
@@ -54,6 +53,9 @@ mcmc = MCMC(kernel, num_warmup=60, num_samples=40, progress_bar=False)
 mcmc.run(jax.random.key(1))
 tree = az.from_numpyro(mcmc)
 az.summary(tree, var_names=["J", "D", "K_modulus", "time_constant"])
+
+# %%
+az.plot_trace(tree, var_names=["D", "K_modulus"])
 
 # %% [markdown]
 # ## Through the simulation
