@@ -12,37 +12,29 @@
 # %matplotlib inline
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()  # before JAX is imported: the next notebook need not compile all this again
+mb.keep_compiled_code()  # before JAX is imported: the next notebook need not compile all this again
 
-from muscle_bayes.criticism.coverage import check_run
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import predictive_figure
-from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.study.published import TABLE_1
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %% [markdown]
 # ## Read
 #
 # A run is a CSV and a TOML of the same name. Reading repairs what can be repaired by a stated rule,
-# and says so. A run knows where it comes from, and shows it:
+# and says so. A run knows where it comes from, and shows it. These come with the package; your own
+# are read by `mb.read_runs(["FOLDER"])`.
 
 # %%
-runs = read_runs(sorted(DATA.glob("spring-*.csv")))
+runs = mb.load_example("springs")
 runs[0]
 
 # %%
-run_figure(runs[0])
+mb.plot_run(runs[0])
 
 # %% [markdown]
 # ## Fit
@@ -56,8 +48,8 @@ run_figure(runs[0])
 # %%
 kept = KEPT / "fixture.nc"
 if not kept.exists():
-    fit(runs, effort=EFFORT).save(kept)
-fixture = Posterior.load(kept)
+    mb.fit(runs, effort=EFFORT).save(kept)
+fixture = mb.load(kept)
 fixture
 
 # %% [markdown]
@@ -70,16 +62,16 @@ fixture
 # which the simulator ran.
 
 # %%
-posterior_figure(fixture, TABLE_1["coulomb"], "fixture")
+mb.plot_posterior(fixture, TABLE_1["coulomb"], "fixture")
 
 # %% [markdown]
 # Does the model do what the rotor did? Dots are readings, bands are predictions. Below is what is
 # left over: with a good model nothing but noise and the rounding to whole counts.
 
 # %%
-prediction = predict_runs(fixture, runs)[0]
-check = check_run(prediction)
-predictive_figure(prediction, check, runs[0].metadata.origin)
+prediction = mb.predict(fixture, runs)[0]
+check = mb.check(prediction)
+mb.plot_prediction(prediction, check, runs[0].metadata.origin)
 
 # %%
 check

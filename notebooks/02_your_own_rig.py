@@ -17,19 +17,14 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import solve_ivp
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.data import read_runs
-from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.run_figure import run_figure
 
 # %% tags=["parameters"]
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %% [markdown]
 # ## A pendulum
@@ -95,8 +90,8 @@ hanging_angle = 0.0
 kind = "none"
 """
 (folder / "pendulum.toml").write_text(description)
-runs = read_runs([folder])
-run_figure(runs[0])
+runs = mb.read_runs([folder])
+mb.plot_run(runs[0])
 
 # %% [markdown]
 # Did we get it wrong? Then we are told what, where, and how to mend it. Here is a typing error:
@@ -106,8 +101,8 @@ wrong = Path(mkdtemp())
 (wrong / "pendulum.csv").write_text((folder / "pendulum.csv").read_text())
 (wrong / "pendulum.toml").write_text(description.replace("angle_deg", "angel_deg"))
 try:
-    read_runs([wrong])
-except MuscleBayesError as error:
+    mb.read_runs([wrong])
+except mb.MuscleBayesError as error:
     print(str(error).replace(str(wrong), "..."))
 
 # %% [markdown]
@@ -117,11 +112,11 @@ except MuscleBayesError as error:
 # for linear friction. (Not sure? *Fixture* compares both.)
 
 # %%
-posterior = fit(runs, friction="linear", effort=EFFORT)
+posterior = mb.fit(runs, friction="linear", effort=EFFORT)
 posterior
 
 # %%
-posterior_figure(posterior, truth, "pendulum")
+mb.plot_posterior(posterior, truth, "pendulum")
 
 # %% [markdown]
 # The dashed line is the truth, called the published value since outside a tutorial nobody has

@@ -11,25 +11,15 @@
 # %matplotlib inline
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
-from muscle_bayes.criticism.compare import compare
-from muscle_bayes.criticism.coverage import check_run
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.identifiability import identify
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_from_prior, predict_runs
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
 from muscle_bayes.study.published import TABLE_1
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %% [markdown]
 # ## What we believe before looking
@@ -38,8 +28,8 @@ EFFORT = QUICK
 # from it. They should be wilder than the record, and not absurd.
 
 # %%
-runs = read_runs(sorted(DATA.glob("spring-*.csv")))
-prior_predictive_figure(predict_from_prior(runs)[:2], runs[0].metadata.origin)
+runs = mb.load_example("springs")
+mb.plot_prior_prediction(mb.prior_predict(runs)[:2], runs[0].metadata.origin)
 
 # %% [markdown]
 # ## Two posteriors
@@ -48,8 +38,8 @@ prior_predictive_figure(predict_from_prior(runs)[:2], runs[0].metadata.origin)
 posteriors = {}
 for friction, name in (("coulomb", "fixture.nc"), ("linear", "fixture-linear.nc")):
     if not (KEPT / name).exists():
-        fit(runs, friction, effort=EFFORT).save(KEPT / name)
-    posteriors[friction] = Posterior.load(KEPT / name)
+        mb.fit(runs, friction, effort=EFFORT).save(KEPT / name)
+    posteriors[friction] = mb.load(KEPT / name)
 
 # %%
 posteriors["coulomb"]
@@ -67,7 +57,7 @@ posteriors["linear"]
 # same.
 
 # %%
-compare(posteriors["coulomb"], posteriors["linear"])
+mb.compare(posteriors["coulomb"], posteriors["linear"])
 
 # %% [markdown]
 # Why it comes out so can be seen: with friction in proportion to speed a swing dies away gradually
@@ -75,10 +65,10 @@ compare(posteriors["coulomb"], posteriors["linear"])
 
 # %%
 for friction, posterior in posteriors.items():
-    prediction = predict_runs(posterior, runs)[0]
-    check = check_run(prediction)
+    prediction = mb.predict(posterior, runs)[0]
+    check = mb.check(prediction)
     print(friction, check)
-predictive_figure(prediction, check, runs[0].metadata.origin)
+mb.plot_prediction(prediction, check, runs[0].metadata.origin)
 
 # %% [markdown]
 # ## What these runs cannot tell
@@ -87,7 +77,7 @@ predictive_figure(prediction, check, runs[0].metadata.origin)
 # belongs to every fit: a number that merely repeats its prior looks just like a measured one.
 
 # %%
-identify(posteriors["coulomb"])
+mb.identify(posteriors["coulomb"])
 
 # %%
-posterior_figure(posteriors["coulomb"], TABLE_1["coulomb"], "fixture")
+mb.plot_posterior(posteriors["coulomb"], TABLE_1["coulomb"], "fixture")

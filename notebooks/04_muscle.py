@@ -13,22 +13,15 @@
 # %matplotlib inline
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.identifiability import identify
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %% [markdown]
 # ## Three staircases
@@ -37,8 +30,8 @@ EFFORT = QUICK
 # with three loads.
 
 # %%
-runs = read_runs(sorted(DATA.glob("staircase-*.csv")))
-run_figure(runs[0])
+runs = mb.load_example("staircases")
+mb.plot_run(runs[0])
 
 # %% [markdown]
 # ## First the fixture, then the muscle
@@ -48,16 +41,15 @@ run_figure(runs[0])
 
 # %%
 if not (KEPT / "fixture.nc").exists():
-    springs = read_runs(sorted(DATA.glob("spring-*.csv")))
-    fit(springs, effort=EFFORT).save(KEPT / "fixture.nc")
+    mb.fit(mb.load_example("springs"), effort=EFFORT).save(KEPT / "fixture.nc")
 if not (KEPT / "muscle.nc").exists():
-    fixture = Posterior.load(KEPT / "fixture.nc")
-    fit(runs, effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
-muscle = Posterior.load(KEPT / "muscle.nc")
+    fixture = mb.load(KEPT / "fixture.nc")
+    mb.fit(runs, effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
+muscle = mb.load(KEPT / "muscle.nc")
 muscle
 
 # %%
-posterior_figure(muscle, TABLE_1["coulomb"] | TABLE_2, "muscle")
+mb.plot_posterior(muscle, TABLE_1["coulomb"] | TABLE_2, "muscle")
 
 # %% [markdown]
 # ## Read the wide ones
@@ -67,7 +59,7 @@ posterior_figure(muscle, TABLE_1["coulomb"] | TABLE_2, "muscle")
 # loads do not take them apart.
 
 # %%
-identify(muscle)
+mb.identify(muscle)
 
 # %% [markdown]
 # Whoever needs these numbers one by one needs another experiment, not a longer fit. Whoever wants to

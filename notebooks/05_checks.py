@@ -12,42 +12,33 @@
 # %matplotlib inline
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
-from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
-from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %%
 if not (KEPT / "fixture.nc").exists():
-    springs = read_runs(sorted(DATA.glob("spring-*.csv")))
-    fit(springs, effort=EFFORT).save(KEPT / "fixture.nc")
+    mb.fit(mb.load_example("springs"), effort=EFFORT).save(KEPT / "fixture.nc")
 if not (KEPT / "muscle.nc").exists():
-    staircases = read_runs(sorted(DATA.glob("staircase-*.csv")))
-    fixture = Posterior.load(KEPT / "fixture.nc")
-    fit(staircases, effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
-muscle = Posterior.load(KEPT / "muscle.nc")
+    fixture = mb.load(KEPT / "fixture.nc")
+    mb.fit(mb.load_example("staircases"), effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
+muscle = mb.load(KEPT / "muscle.nc")
 print("converged" if muscle.converged else muscle.complaints)
 
 # %% [markdown]
 # ## Prediction
 
 # %%
-(sawtooth,) = read_runs([DATA / "sawtooth.csv"])
-(prediction,) = predict_runs(muscle, [sawtooth])
-check = check_run(prediction)
-predictive_figure(prediction, check, sawtooth.metadata.origin)
+(sawtooth,) = mb.load_example("sawtooth")
+(prediction,) = mb.predict(muscle, [sawtooth])
+check = mb.check(prediction)
+mb.plot_prediction(prediction, check, sawtooth.metadata.origin)
 
 # %% [markdown]
 # ## Span by span
@@ -71,7 +62,7 @@ found = drift(prediction)
 found
 
 # %%
-drift_figure(prediction, found, sawtooth.metadata.origin)
+mb.plot_drift(prediction, found, sawtooth.metadata.origin)
 
 # %% [markdown]
 # An interval that holds zero says that measured and predicted creep agree. It does not say that the

@@ -15,18 +15,13 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import mkdtemp
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
-from muscle_bayes.data import read_runs, write_run
-from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.data import write_run
+from muscle_bayes.discovery.discover import applicable
 from muscle_bayes.discovery.summary import verdict_text
-from muscle_bayes.report.discovery_figures import (
-    before_after_figure,
-    misfit_figure,
-    probability_figure,
-)
 from muscle_bayes.twin import Rig, make_effect, simulate, spring, spring_rig
 
 # %% tags=["parameters"]
@@ -40,7 +35,7 @@ folder = Path(mkdtemp())
 for number, mass in enumerate((0.100, 0.110, 0.118, 0.126), 1):
     run = simulate(rig, spring(mass), (11, number))
     write_run(folder, f"spring-{number}", run.log, run.metadata)
-runs = read_runs([folder])
+runs = mb.read_runs([folder])
 print("effects that such runs could show:", ", ".join(applicable(runs, ())))
 
 # %% [markdown]
@@ -50,7 +45,7 @@ print("effects that such runs could show:", ", ".join(applicable(runs, ())))
 # here; leave `candidates` away and all of the above are.
 
 # %%
-found = discover(runs, hold_out=["spring-4"], candidates=CANDIDATES)
+found = mb.discover(runs, hold_out=["spring-4"], candidates=CANDIDATES)
 found
 
 # %%
@@ -64,7 +59,7 @@ print(verdict_text(found))
 
 # %%
 origins = {run.name: run.metadata.origin for run in runs}
-misfit_figure(found, origins)
+mb.plot_misfit(found, origins)
 
 # %%
 found.located
@@ -73,7 +68,7 @@ found.located
 # ## Which
 
 # %%
-probability_figure(found)
+mb.plot_probabilities(found)
 
 # %% [markdown]
 # ## How much, and does it help where nobody looked?
@@ -88,7 +83,7 @@ for step in found.steps:
 print(f"hidden: {hidden}")
 
 # %%
-before_after_figure(found, "spring-4", origins["spring-4"])
+mb.plot_before_after(found, "spring-4", origins["spring-4"])
 
 # %% [markdown]
 # If effects tie, `found.ties` names them and `found.next_experiment` holds the sequence to record

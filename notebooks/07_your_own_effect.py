@@ -22,24 +22,18 @@ from tempfile import mkdtemp
 import numpy as np
 from matplotlib import pyplot as plt
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
 import jax.numpy as jnp
 
-from muscle_bayes.criticism.compare import compare
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
 from muscle_bayes.physics.effect import PORTS, Signals
 from muscle_bayes.physics.effects import effect_type
-from muscle_bayes.report.posterior_figures import posterior_figure
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 
 # %% [markdown]
 # ## A port
@@ -114,15 +108,15 @@ axis.set(xlabel="angle [deg]", ylabel="torque [N m]", title="cogging of 0.01 N m
 # By name, as any other.
 
 # %%
-runs = read_runs(sorted(DATA.glob("spring-*.csv")))
+runs = mb.load_example("springs")
 if not (KEPT / "fixture.nc").exists():
-    fit(runs, effort=EFFORT).save(KEPT / "fixture.nc")
-plain = Posterior.load(KEPT / "fixture.nc")
-suspected = fit(runs, effects=["cogging"], effort=EFFORT)
+    mb.fit(runs, effort=EFFORT).save(KEPT / "fixture.nc")
+plain = mb.load(KEPT / "fixture.nc")
+suspected = mb.fit(runs, effects=["cogging"], effort=EFFORT)
 suspected
 
 # %%
-posterior_figure(suspected, {"cogging.amplitude": 0.0}, "fixture with cogging")
+mb.plot_posterior(suspected, {"cogging.amplitude": 0.0}, "fixture with cogging")
 
 # %%
 amplitude = suspected.tree["posterior"]["cogging.amplitude"].to_numpy()
@@ -133,7 +127,7 @@ print(f"cogging lies between {low:.2g} and {high:.2g} N m with 90 % probability"
 # ## Does it predict better?
 
 # %%
-compare(plain, suspected, ("without", "with cogging"))
+mb.compare(plain, suspected, ("without", "with cogging"))
 
 # %% [markdown]
 # "Neither", if all is well: an effect that is absent must not win. On the command line:

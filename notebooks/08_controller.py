@@ -12,9 +12,9 @@
 # %matplotlib inline
 from pathlib import Path
 
-from muscle_bayes.compiled import keep_compiled_code
+import muscle_bayes as mb
 
-keep_compiled_code()
+mb.keep_compiled_code()
 
 from muscle_bayes.control.batch import Bank
 from muscle_bayes.control.closed_loop import Clock
@@ -27,30 +27,24 @@ from muscle_bayes.control.linear import snapshot_gains
 from muscle_bayes.control.scenarios import STEP, thesis_scenarios
 from muscle_bayes.control.study import robustness
 from muscle_bayes.control.tune import Effort, tune
-from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.report.control_figures import scenario_figure
 
 # %% tags=["parameters"]
-DATA = Path("../data")
 KEPT = Path("../reports/notebooks")
-EFFORT = QUICK
+EFFORT = "quick"
 DRAWS = 32
 TUNING = Effort(starts=16, scout_draws=8, refined=1, steps=6)
 
 # %%
-springs = read_runs(sorted(DATA.glob("spring-*.csv")))
+springs = mb.load_example("springs")
 if not (KEPT / "fixture.nc").exists():
-    fit(springs, effort=EFFORT).save(KEPT / "fixture.nc")
+    mb.fit(springs, effort=EFFORT).save(KEPT / "fixture.nc")
 if not (KEPT / "fixture-linear.nc").exists():
-    fit(springs, "linear", effort=EFFORT).save(KEPT / "fixture-linear.nc")
+    mb.fit(springs, "linear", effort=EFFORT).save(KEPT / "fixture-linear.nc")
 if not (KEPT / "muscle.nc").exists():
-    staircases = read_runs(sorted(DATA.glob("staircase-*.csv")))
-    fixture = Posterior.load(KEPT / "fixture.nc")
-    fit(staircases, effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
-muscle = Posterior.load(KEPT / "muscle.nc")
-bearing = Posterior.load(KEPT / "fixture-linear.nc")
+    fixture = mb.load(KEPT / "fixture.nc")
+    mb.fit(mb.load_example("staircases"), effort=EFFORT, given=fixture).save(KEPT / "muscle.nc")
+muscle = mb.load(KEPT / "muscle.nc")
+bearing = mb.load(KEPT / "fixture-linear.nc")
 
 # %% [markdown]
 # ## The heater
@@ -58,7 +52,7 @@ bearing = Posterior.load(KEPT / "fixture-linear.nc")
 # How fast does a tube heat and cool? The temperatures of our own runs tell.
 
 # %%
-heater = fit_heater(read_runs([DATA / "sawtooth.csv"]))
+heater = fit_heater(mb.load_example("sawtooth"))
 heater
 
 # %% [markdown]
@@ -109,10 +103,10 @@ results["classic"]
 results["robust"]
 
 # %%
-scenario_figure(results["classic"], chosen[1])
+mb.plot_scenario(results["classic"], chosen[1])
 
 # %%
-scenario_figure(results["robust"], chosen[1])
+mb.plot_scenario(results["robust"], chosen[1])
 
 # %% [markdown]
 # Read both, and every scenario, before you believe in "robust": gains that mind the worst case give

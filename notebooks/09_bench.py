@@ -17,6 +17,7 @@ from tempfile import mkdtemp
 import numpy as np
 from matplotlib import pyplot as plt
 
+import muscle_bayes as mb
 from muscle_bayes.bench.guard import RecordingError
 from muscle_bayes.bench.run_file import read_events
 from muscle_bayes.bench.sequence import Limits, Sequence, Stage
@@ -30,8 +31,6 @@ from muscle_bayes.bench.simulation.recording import (
     rig_tables,
     simulated_devices,
 )
-from muscle_bayes.data import read_run
-from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.twin.rig import Rig
 
 # %% [markdown]
@@ -76,8 +75,8 @@ with SimulatedBench(TwinPlant(load=0.100)) as bench:
 print(f"{outcome.rows} rows in {outcome.duration:.1f} s, {outcome.figures['lost']} samples lost")
 
 # %%
-run = read_run(folder / "first.csv")
-run_figure(run)
+(run,) = mb.read_runs([folder / "first.csv"])
+mb.plot_run(run)
 
 # %% [markdown]
 # How were the setpoints met? (15 s are short for this heater, so it is told what was reached.)

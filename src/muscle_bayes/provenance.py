@@ -66,13 +66,21 @@ def _file(name: str) -> Path | None:
 
 
 def _imported(tree: ast.Module) -> Iterator[str]:
-    """Names that may be modules."""
-    for node in ast.walk(tree):
+    """Names that may be modules; what is imported for type checkers alone does not run."""
+    for node in _running(tree):
         if isinstance(node, ast.Import):
             yield from (one.name for one in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
             yield from (f"{node.module}.{one.name}" for one in node.names)
+
+
+def _running(tree: ast.AST) -> Iterator[ast.AST]:
+    """Nodes of a syntax tree outside `if TYPE_CHECKING`."""
+    yield tree
+    for node in ast.iter_child_nodes(tree):
+        if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
+            yield from _running(node)
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:

@@ -69,3 +69,8 @@ def test_a_notebook_tells_a_story_and_calls_the_library(path):
     )
     defined = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.FunctionDef)]
     assert all(len(ast.unparse(one).splitlines()) <= 5 for one in defined)
+
+
+def test_the_numpyro_model_takes_under_thirty_lines():
+    lines = (PROJECT / "notebooks" / "04b_numpyro_model.py").read_text().splitlines()
+    assert sum(bool(line) and not line.startswith("#") for line in lines) < 30

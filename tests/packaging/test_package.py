@@ -41,6 +41,7 @@ def test_the_wheel_holds_the_whole_package_and_no_more(dist):
     }
     assert source <= held
     assert "muscle_bayes/py.typed" in held
+    assert "muscle_bayes/example_data/spring-1.csv" in held
     about = f"muscle_bayes-{VERSION}.dist-info/"
     assert {name.split("/")[0] for name in held} == {"muscle_bayes", about.rstrip("/")}
     assert f"{about}licenses/LICENCE" in held
@@ -82,6 +83,8 @@ def test_the_installed_command_runs(dist, tmp_path):
         PYTHONPATH=str(tmp_path),
     )
     assert where.startswith(str(tmp_path))
+    code = "import muscle_bayes as mb; (run,) = mb.load_example('sawtooth'); print(run.path)"
+    assert run(sys.executable, "-c", code, PYTHONPATH=str(tmp_path)).startswith(str(tmp_path))
     version = run(str(tmp_path / "bin" / "muscle-bayes"), "--version", PYTHONPATH=str(tmp_path))
     assert version.split()[-1] == VERSION
 

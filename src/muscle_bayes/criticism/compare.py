@@ -108,7 +108,28 @@ def _pointwise(posterior: Posterior) -> dict[str, Values]:
 def compare(
     first: Posterior, second: Posterior, names: tuple[str, str] | None = None
 ) -> Comparison:
-    """Compare by expected log predictive density. Raises MuscleBayesError on different data."""
+    """Which of two posteriors of the same runs predicts their readings better.
+
+    Args:
+        first: a posterior.
+        second: a posterior of the same runs under another model.
+        names: of the two; default: their friction laws.
+
+    Returns:
+        The difference of expected log predictive density [nat], first minus second, with its
+        standard error, and which is better; "neither" within two standard errors.
+
+    Raises:
+        MuscleBayesError: where the two were fitted to different readings.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> runs = mb.load_example("springs")
+        >>> dry = mb.fit(runs, effort="quick", progress=False)
+        >>> viscous = mb.fit(runs, "linear", effort="quick", progress=False)
+        >>> mb.compare(dry, viscous).better
+        'coulomb'
+    """
     names = names or (first.friction, second.friction)
     ours, theirs = _pointwise(first), _pointwise(second)
     if set(ours) != set(theirs) or any(ours[run].size != theirs[run].size for run in ours):

@@ -160,7 +160,25 @@ def windows(prediction: Prediction, count: int = WINDOWS) -> tuple[Window, ...]:
 
 
 def check_run(prediction: Prediction) -> RunCheck:
-    """All checks of the part of a run that is predicted ahead: the whole of a fitted run."""
+    """How well a prediction agrees with its run: RMSE, coverage and PIT.
+
+    Checked is the part that is predicted ahead, which is the whole of a fitted run.
+
+    Args:
+        prediction: of one run, as `predict` gives it.
+
+    Returns:
+        RMSE [the log's unit, and deg or mm], shares of readings within the central 50 and 90 % of
+        the predictive draws, PIT values, and the same for ten spans of time.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> runs = mb.load_example("springs")
+        >>> posterior = mb.fit(runs, effort="quick", progress=False)
+        >>> check = mb.check(mb.predict(posterior, runs)[0])
+        >>> check.run, check.judged_unit, len(check.windows)
+        ('spring-1', 'deg', 10)
+    """
     prediction = prediction.ahead()
     ranks = pit(prediction)
     return RunCheck(

@@ -102,9 +102,25 @@ def _run(raw: RawLog, metadata: Metadata, path: Path, checksum: str) -> Run:
 
 
 def read_runs(paths: Sequence[Path | str]) -> list[Run]:
-    """Read every run named, a folder standing for every run in it, sorted.
+    """Read runs, and repair by stated rules what can be repaired.
 
-    Raises RunError.
+    Args:
+        paths: the log or the NAME.toml of each run; a folder stands for every run in it, sorted.
+
+    Returns:
+        The runs, in the order in which they were named. Readings are in the log's own unit, times in
+        s, temperatures in C, loads in kg; `repairs` says what was repaired.
+
+    Raises:
+        RunError: where a file cannot be read as a run; the message says where and what to do. It is
+            a MuscleBayesError.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> path = mb.load_example("spring-1")[0].path
+        >>> (run,) = mb.read_runs([path])
+        >>> run.name, len(run.table), run.repairs
+        ('spring-1', 181, ())
     """
     return [read_run(path) for path in find_runs(paths)]
 

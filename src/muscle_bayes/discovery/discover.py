@@ -66,12 +66,33 @@ def discover(
     report: Report = lambda stage, done, total: None,
     workers: int = 2,
 ) -> Discovery:
-    """Find what is missing from the model of these runs, which may have `effects` already.
+    """Which effect is missing from the model of these runs?
 
-    `hold_out` names runs that are predicted only, after their first part has told their own start.
-    `candidates` are `applicable` effects unless said. Raises MuscleBayesError for names that no
-    run has, when no run is left to fit, and for runs that cannot be fitted together. `workers` candidates
-    are searched side by side; the result does not depend on their number.
+    Args:
+        runs: as `read_runs` gives them.
+        hold_out: names of runs that are predicted only, after their first part has told their own
+            start.
+        friction: "coulomb" or "linear", as in `fit`.
+        effects: those that the model has already.
+        candidates: effects that may be added; default: all `applicable` ones.
+        seed: of the random numbers.
+        report: called with stage, done and total as the search goes on.
+        workers: candidates that are searched side by side; the result does not depend on it.
+
+    Returns:
+        The verdict: "none", "unknown", or the names of effects; with probabilities, where the misfit
+        lies, the effects' parameters with units, and what to record next where effects tie.
+
+    Raises:
+        MuscleBayesError: for names that no run has, when no run is left to fit, for candidates that
+            the model has already, and for runs that cannot be fitted together.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> runs = mb.load_example("springs")
+        >>> found = mb.discover(runs, hold_out=["spring-5"], candidates=["viscous-friction"])
+        >>> found.verdict
+        'none'
     """
     _check(runs, hold_out)
     effects = with_open_delay(runs, effects)

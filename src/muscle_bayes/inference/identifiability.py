@@ -199,7 +199,22 @@ def _bounded_sites(posterior: Posterior, names: list[str]) -> list[str]:
 
 
 def identify(posterior: Posterior) -> Identifiability:
-    """What the data determine of the plant's parameters and the effects'."""
+    """What the data determine of the plant's parameters and the effects', and what they do not.
+
+    Args:
+        posterior: with its prior's draws, as `fit` leaves it.
+
+    Returns:
+        Of each parameter how much narrower the posterior is than the prior, and whether it sits at
+        a bound; pairs that trade off; directions that the data do not determine.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> posterior = mb.fit(mb.load_example("springs"), effort="quick", progress=False)
+        >>> report = mb.identify(posterior)
+        >>> report.parameters["J"].contraction > 0.9
+        True
+    """
     names = _scalars(posterior)
     draws: dict[str, tuple[Values, Values, bool]] = {}
     for name in [*names, *_bounded_sites(posterior, names)]:

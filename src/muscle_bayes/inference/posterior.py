@@ -2,20 +2,53 @@
 
 import json
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 
 import arviz as az
+import numpy as np
+import pandas as pd
 import xarray as xr
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.markup import html_table, plain_table, three_digits
+
+HEADER = ("parameter", "unit", "mean", "sd", "5 %", "95 %", "bulk ESS", "R-hat")
 
 
-@dataclass(frozen=True)
+def _with_coordinates(tree: xr.DataTree) -> xr.DataTree:
+    """The tree with coordinates of chains and draws, which ArviZ's plots and statistics need."""
+
+    def numbered(group: xr.Dataset) -> xr.Dataset:
+        missing = {"chain", "draw"} & {*group.dims} - {*group.coords}
+        return group.assign_coords({axis: np.arange(group.sizes[axis]) for axis in missing})
+
+    return tree.map_over_datasets(numbered)
+
+
+@dataclass(frozen=True, repr=False)
 class Posterior:
-    """Draws as an ArviZ DataTree, with the few things asked of it most."""
+    """Draws as an ArviZ DataTree, with the few things asked of it most.
+
+    Args:
+        tree: the groups posterior, prior, sample_stats, posterior_predictive, log_likelihood,
+            observed_data and constant_data. Variables carry their unit (SI) as the attribute
+            `units`.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> posterior = mb.fit(mb.load_example("springs"), effort="quick", progress=False)
+        >>> posterior.units["D"]
+        'N m'
+        >>> list(posterior.summary().index)
+        ['J', 'D']
+    """
 
     tree: xr.DataTree
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tree", _with_coordinates(self.tree))
 
     @property
     def friction(self) -> Friction:
@@ -39,13 +72,19 @@ class Posterior:
         """Names of the plant's parameters and of the effects'."""
         return tuple(json.loads(self.tree.attrs["parameters"]))
 
-    def summary(self):
-        """Table of the parameters: mean, sd, 90 % interval, ESS and R-hat."""
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the parameters."""
+        group = self.tree["posterior"]
+        return {name: group[name].attrs.get("units", "") for name in self.parameters}
+
+    def summary(self) -> pd.DataFrame:
+        """Table of the parameters: mean, sd, 90 % interval, ESS and R-hat, all digits of each."""
         return az.summary(
             self.tree, var_names=list(self.parameters), ci_prob=0.9, ci_kind="eti", round_to="none"
         )
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write NetCDF, replacing `path` only when it is whole."""
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -54,8 +93,25 @@ class Posterior:
         partial.replace(path)
 
     @classmethod
-    def load(cls, path: Path) -> "Posterior":
-        """Read a posterior. Raises MuscleBayesError if the file is none."""
+    def load(cls, path: Path | str) -> "Posterior":
+        """Read a posterior.
+
+        Args:
+            path: NetCDF that `Posterior.save` or `muscle-bayes fit` wrote.
+
+        Returns:
+            The posterior, as it was saved.
+
+        Raises:
+            MuscleBayesError: if the file is none.
+
+        Example:
+            >>> import muscle_bayes as mb
+            >>> springs = mb.load_example("springs")
+            >>> mb.fit(springs, effort="quick", progress=False).save("fixture.nc")
+            >>> mb.load("fixture.nc").parameters
+            ('J', 'D')
+        """
         try:
             tree = xr.load_datatree(path, engine="h5netcdf")
         except (OSError, ValueError) as error:
@@ -66,10 +122,27 @@ class Posterior:
             )
         return cls(tree)
 
+    def _heading(self) -> str:
+        sizes = self.tree["posterior"].sizes
+        effects = "".join(f" + {name}" for name in self.effects)
+        agreed = "converged" if self.converged else "NOT CONVERGED"
+        drawn = f"{sizes['chain']} chains of {sizes['draw']} draws"
+        return f"Posterior, {agreed}: {self.friction} friction{effects}, {drawn}"
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        rows = []
+        for name, row in self.summary().iterrows():
+            unit = self.units[str(name).partition("[")[0]]
+            numbers = [
+                three_digits(row[key])
+                for key in ("mean", "sd", "eti90_lb", "eti90_ub", "ess_bulk", "r_hat")
+            ]
+            rows.append((str(name), unit, *numbers))
+        return rows
+
     def _repr_html_(self) -> str:
-        verdict = "converged" if self.converged else "NOT CONVERGED: " + "; ".join(self.complaints)
-        return f"<p><b>Posterior</b>, {verdict}</p>{self.summary()._repr_html_()}"
+        lines = [f"<b>{escape(self._heading())}</b>", *map(escape, self.complaints)]
+        return f"<p>{'<br>'.join(lines)}</p>{html_table(HEADER, self._rows())}"
 
     def __repr__(self) -> str:
-        verdict = "converged" if self.converged else "NOT CONVERGED"
-        return f"Posterior({verdict}, {', '.join(self.parameters)})\n{self.summary()}"
+        return "\n".join([self._heading(), *self.complaints, plain_table(HEADER, self._rows())])

@@ -39,8 +39,27 @@ def predict_runs(
 
     A run with the name of a fitted one keeps that run's own zero, start and first HYST strain, so
     that a record continued past the fitted part is predicted ahead. Another run's own unknowns are
-    told by its first SETTLING_SHARE, and the rest is predicted ahead. Raises MuscleBayesError if the
-    runs need parameters that the posterior lacks.
+    estimated from its first 30 % (SETTLING_SHARE), and the rest is predicted ahead.
+
+    Args:
+        posterior: of runs of the same kind.
+        runs: as `read_runs` gives them.
+        draws: how many draws of the posterior are simulated.
+        seed: of the random numbers.
+
+    Returns:
+        A prediction for each run: draws of its readings [the log's unit] over time [s].
+
+    Raises:
+        MuscleBayesError: if the runs need parameters that the posterior lacks.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> runs = mb.load_example("springs")
+        >>> posterior = mb.fit(runs, effort="quick", progress=False)
+        >>> prediction = mb.predict(posterior, runs, draws=50)[0]
+        >>> prediction.run, prediction.unit, prediction.reading.shape[0]
+        ('spring-1', 'counts', 50)
     """
     seen = set(json.loads(posterior.tree.attrs["runs"]))
     found: dict[str, Prediction] = {}
@@ -130,7 +149,27 @@ def predict_from_prior(
     draws: int = PREDICTIVE_DRAWS,
     seed: int = 0,
 ) -> list[Prediction]:
-    """What the priors alone say of these runs: draws that could not be real show a poor prior."""
+    """What the priors alone say of these runs: draws that could not be real show a poor prior.
+
+    Args:
+        runs: as `read_runs` gives them.
+        friction: "coulomb" or "linear", as in `fit`.
+        effects: names of effects, in the order in which they act.
+        draws: how many draws of the prior are simulated.
+        seed: of the random numbers.
+
+    Returns:
+        A prediction for each run: draws of its readings [the log's unit] over time [s].
+
+    Raises:
+        MuscleBayesError: for runs that cannot be fitted together and unknown effects.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> predictions = mb.prior_predict(mb.load_example("spring-1"), draws=20)
+        >>> predictions[0].model.shape[0]
+        20
+    """
     problem = pose(runs, friction, effects)
     values = prior_draws(jax.random.key(seed), draws, problem.layout, problem.data)
     return predict(problem, values, seed + 1)

@@ -17,7 +17,15 @@ _LEGEND: Final[Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "bord
 
 
 def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
-    """Angle, temperatures and, where there is one, load of one scenario."""
+    """Angle, temperatures and, where there is one, load of one scenario.
+
+    Args:
+        result: of gains that were judged, by `muscle_bayes.control.study.robustness`.
+        scenario: one of those on which they were judged.
+
+    Returns:
+        A matplotlib figure: angle [rad], temperatures [C] and load [kg] over time [s].
+    """
     outcome, time = result.outcomes[scenario.name], result.time(scenario.name)
     course = scenario.course
     loaded = bool(np.any(course.load))

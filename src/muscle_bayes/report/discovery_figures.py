@@ -40,7 +40,15 @@ def write_figures(found: Discovery, folder: Path, origins: Mapping[str, str]) ->
 
 
 def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
-    """Residuals of every fitted run, what was located shaded; before, and after where effects came."""
+    """Residuals of every fitted run, what was located shaded; before, and after where effects came.
+
+    Args:
+        found: as `discover` gives it.
+        origins: "measured" or "synthetic", of each run by name.
+
+    Returns:
+        A matplotlib figure: residuals [the log's unit] over time [s].
+    """
     maps = [("before", found.located)]
     if found.steps:
         maps.append(("after", found.final.misfit))
@@ -101,7 +109,14 @@ def unknown_figure(step: Step, curve: Curve, origins: Mapping[str, str]) -> Figu
 
 
 def probability_figure(found: Discovery) -> Figure:
-    """Probability of every effect, of none and of unknown, in the first step."""
+    """Probability of every effect, of none and of unknown, in the first step.
+
+    Args:
+        found: as `discover` gives it.
+
+    Returns:
+        A matplotlib figure.
+    """
     shown = sorted(
         (item for item in found.probabilities.items() if item[1] >= LEAST_SHOWN),
         key=lambda item: item[1],
@@ -122,7 +137,16 @@ def probability_figure(found: Discovery) -> Figure:
 
 
 def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
-    """Readings with predictive bands, and residuals beneath: nominal model, revised model."""
+    """Readings with predictive bands, and residuals beneath: nominal model, revised model.
+
+    Args:
+        found: as `discover` gives it.
+        run: name of one of its runs.
+        origin: "measured" or "synthetic", as the run's metadata have it.
+
+    Returns:
+        A matplotlib figure: readings and residuals [the log's unit] over time [s].
+    """
     models: list[tuple[str, Judged]] = [("nominal", found.nominal)]
     if found.steps:
         models.append(("with " + " + ".join(step.added for step in found.steps), found.final))

@@ -16,7 +16,16 @@ _DOT: Final[Any] = {"marker": ".", "markersize": 2.5, "linestyle": "none", "colo
 
 
 def drift_figure(prediction: Prediction, drift: Drift, origin: str = "measured") -> Figure:
-    """Each cold phase from its start, and measured against predicted slopes of all of them."""
+    """Each cold phase from its start, and measured against predicted slopes of all of them.
+
+    Args:
+        prediction: of one run, as `predict` gives it.
+        drift: of the same prediction, by `muscle_bayes.criticism.drift.drift`.
+        origin: "measured" or "synthetic", as the run's metadata have it.
+
+    Returns:
+        A matplotlib figure: creep [deg or mm] over time [s].
+    """
     count = max(len(drift.phases), 1)
     columns = min(count, 4)
     rows = -(-count // columns)

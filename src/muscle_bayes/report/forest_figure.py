@@ -22,6 +22,13 @@ def forest_figure(
 
     Every panel has its own axis: parameters differ in unit and size. A parameter that only one model
     has is shown alone.
+
+    Args:
+        posteriors: two, by the names to show.
+        published: values to mark, by parameter.
+
+    Returns:
+        A matplotlib figure.
     """
     names = list(dict.fromkeys(name for one in posteriors.values() for name in _scalars(one)))
     columns = 2 if len(names) > 3 else 1

@@ -7,7 +7,14 @@ from muscle_bayes.report.style import BLUE, GREY, quiet_style
 
 
 def identifiability_figure(found: Identifiability) -> Figure:
-    """A bar a parameter: 1 - width of the posterior's 90 % interval over that of the prior's."""
+    """A bar a parameter: 1 - width of the posterior's 90 % interval over that of the prior's.
+
+    Args:
+        found: as `identify` gives it.
+
+    Returns:
+        A matplotlib figure.
+    """
     names = list(found.parameters)[::-1]
     rows = [found.parameters[name] for name in names]
     with quiet_style():

@@ -22,7 +22,15 @@ SHARES: Final = (0.9, 0.5)
 
 
 def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = None) -> Figure:
-    """Lower triangle of pairs; on the diagonal each parameter alone."""
+    """Every pair of parameters, and on the diagonal each alone.
+
+    Args:
+        posterior: as `fit` gives it.
+        published: values to mark, by parameter.
+
+    Returns:
+        A matplotlib figure.
+    """
     group = posterior.tree["posterior"]
     names = [name for name in posterior.parameters if group[name].ndim == 2]
     powers = {name: _power(group[name].to_numpy()) for name in names}

@@ -36,7 +36,16 @@ Values = NDArray[np.float64]
 def posterior_figure(
     posterior: Posterior, published: Mapping[str, float] | None = None, label: str = "posterior"
 ) -> Figure:
-    """Marginal densities of all parameters in a grid."""
+    """Marginal densities of all parameters in a grid, prior and posterior.
+
+    Args:
+        posterior: as `fit` gives it.
+        published: values to mark, by parameter.
+        label: of the posterior, in the title.
+
+    Returns:
+        A matplotlib figure; axes carry the parameters' units.
+    """
     group = posterior.tree["posterior"]
     names = [name for name in posterior.parameters if group[name].ndim == 2]
     columns = min(3, len(names))

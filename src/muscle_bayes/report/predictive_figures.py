@@ -21,7 +21,16 @@ _DOT: Final[Any] = {"marker": ".", "markersize": 2.5, "linestyle": "none", "colo
 
 
 def predictive_figure(prediction: Prediction, check: RunCheck, origin: str) -> Figure:
-    """Readings with predictive intervals, temperature where it varies, and residuals."""
+    """Readings with predictive intervals, temperature where it varies, and residuals.
+
+    Args:
+        prediction: of one run, as `predict` gives it.
+        check: the same prediction's, as `check` gives it.
+        origin: "measured" or "synthetic", as the run's metadata have it.
+
+    Returns:
+        A matplotlib figure: readings and residuals [the log's unit], temperature [C], over time [s].
+    """
     heated = np.ptp(prediction.temperature) > 2.0
     heights = [2.4, 1.0, 1.4] if heated else [2.4, 1.4]
     with quiet_style():
@@ -83,6 +92,14 @@ def prior_predictive_figure(
     """Readings that the prior allows, one panel for each run.
 
     The prior may reach far beyond the sensor; axes end `limit` times the logged range away.
+
+    Args:
+        predictions: as `prior_predict` gives them.
+        origin: "measured" or "synthetic", as the runs' metadata have it.
+        limit: see above.
+
+    Returns:
+        A matplotlib figure: readings [the log's unit] over time [s].
     """
     rows = -(-len(predictions) // 2)
     with quiet_style():

@@ -15,7 +15,14 @@ _MEDIAN_SPAN = 1.0
 
 
 def run_figure(run: Run) -> Figure:
-    """Stacked panels of a run; panels of quantities that the run does not have are left out."""
+    """A run in panels; those of quantities that it does not have are left out.
+
+    Args:
+        run: as `read_runs` gives it.
+
+    Returns:
+        A matplotlib figure: readings [the log's unit], temperature [C], load [kg], applied force.
+    """
     panels: list[tuple[Callable[[Axes, Run], None], float]] = [(_position, 2.0)]
     table = run.table
     if any(np.ptp(table[f"temperature_{side}"]) > 0 for side in "ab"):
