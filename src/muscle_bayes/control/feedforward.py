@@ -7,7 +7,7 @@ import numpy as np
 from muscle_bayes.control.closed_loop import resting_plant, start_of
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.gains import FeedForward
-from muscle_bayes.control.rest import bisect
+from muscle_bayes.control.rest import angles_between, bisect
 from muscle_bayes.inference.precision import double_precision
 from muscle_bayes.physics.plant import Drive
 
@@ -26,7 +26,7 @@ def feedforward_of(draws: JointDraws) -> FeedForward:
     joint = draws.mean().one()
     plant, heater = resting_plant(joint), joint.heater
     start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
-    low, high = (jnp.asarray(float(stop)) for stop in plant.stops)
+    low, high = angles_between(plant)
     most = HOTTEST - float(heater.room)
 
     def held(excess):

@@ -22,13 +22,16 @@ def relaxed_hyst(plant: Plant, q: Scalar, drive: Drive) -> Float[Array, "2"]:
     return bisect(lambda hyst: plant.hyst_rate(q, still, hyst, drive), low, high)
 
 
+def angles_between(plant: Plant) -> tuple[Scalar, Scalar]:
+    """Angles [rad] between which a joint may rest: its endstops, half a turn away at most."""
+    low, high = (jnp.clip(jnp.asarray(stop), -jnp.pi, jnp.pi) for stop in plant.stops)
+    return low, high
+
+
 def balanced(plant: Plant, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
     """Angle [rad] at which the torques balance while HYST is held."""
-    low, high = plant.stops
     still = jnp.zeros(())
-    return bisect(
-        lambda q: plant.force(q, still, hyst, drive), jnp.asarray(low) * 1.0, jnp.asarray(high)
-    )
+    return bisect(lambda q: plant.force(q, still, hyst, drive), *angles_between(plant))
 
 
 def remembering_rest(plant: Plant, drive: Drive) -> Plant:
@@ -43,11 +46,10 @@ def remembering_rest(plant: Plant, drive: Drive) -> Plant:
 
 def at_rest(plant: Plant, drive: Drive) -> Motion:
     """The state that a joint left alone for long comes to, what is remembered being held."""
-    low, high = plant.stops
     still = jnp.zeros(())
 
     def force(q):
         return plant.force(q, still, relaxed_hyst(plant, q, drive), drive)
 
-    q = bisect(force, jnp.asarray(low) * 1.0, jnp.asarray(high) * 1.0)
+    q = bisect(force, *angles_between(plant))
     return Motion(q, still, relaxed_hyst(plant, q, drive))

@@ -14,9 +14,6 @@ from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
 
-UNBOUNDED = {"rotary": math.pi, "linear": 10.0}
-"""Where motion without endstops ends: half a turn [rad], ten metres."""
-
 _UNKNOWN = jnp.nan
 _UNKNOWN_MUSCLE = MuscleParameters(*([_UNKNOWN] * 9))
 
@@ -54,14 +51,13 @@ def rig(metadata: Metadata) -> Plant:
     fixture = metadata.fixture
     linear = fixture.motion == "linear"
     lever = 1.0 if linear else (fixture.disc_radius or 0.0)
-    bound = UNBOUNDED[fixture.motion]
     return Plant(
         rotor_inertia=_UNKNOWN,
         friction=CoulombFriction(_UNKNOWN),
         side_a=_element(metadata, "a"),
         side_b=_element(metadata, "b"),
         load_lever=lever,
-        stops=tuple(fixture.stops) if fixture.stops is not None else (-bound, bound),
+        stops=tuple(fixture.stops) if fixture.stops is not None else (-math.inf, math.inf),
     )
 
 

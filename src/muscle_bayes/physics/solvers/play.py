@@ -16,11 +16,14 @@ START, STEPPED, WIDENING, ENCLOSED, FOUND, AT_STOP = range(6)
 Forces = tuple[Scalar, Scalar]
 """What drives the rotor, with its sign, and the magnitude of dry friction, in any one unit."""
 Stops = tuple[Scalar | float, Scalar | float]
-"""Coordinates of the endstops [rad or m]."""
+"""Coordinates of the endstops [rad or m]; infinite where there are none."""
 
 
 class Search(NamedTuple):
-    """How the nearest rest is searched for; lengths are shares of the way between the stops."""
+    """How the nearest rest is searched for.
+
+    Lengths are shares of the way between the stops, or of `widest` where that is longer.
+    """
 
     tolerance: float = 1e-11
     """Width of the bracket, or Newton step, at which the search ends."""
@@ -32,6 +35,10 @@ class Search(NamedTuple):
     """Largest error that two Newton steps may leave: the step that carries the derivative squares it."""
     first_reach: float = 0.04
     """Largest first guess of the distance to the next rest."""
+    widest: float = 6.3
+    """A whole turn [rad], or as many metres."""
+    farthest: float = 1e3
+    """Distance at which a rotor without endstops has none; its coordinate is not finite then."""
 
 
 class _Reached(NamedTuple):
@@ -102,7 +109,7 @@ def _searched(
     forces: Callable[[Scalar], Forces], begin: Scalar, stops: Stops, by: Search
 ) -> _Reached:
     """The rest after a slide from `begin`; no derivatives."""
-    span = jnp.abs(stops[1] - stops[0])
+    span = jnp.minimum(jnp.abs(stops[1] - stops[0]), by.widest)
     shortest = by.tolerance * span
 
     # All stages share one look at the force: each use of it is compiled anew, and is most of the code.
@@ -110,6 +117,7 @@ def _searched(
         seen = _looked(forces, now)
         direction, slides = seen.direction, seen.slides
         room = jnp.abs(jnp.where(direction > 0, stops[1], stops[0]) - begin)
+        room = jnp.minimum(room, by.farthest * span)
         reach = jnp.where(seen.slope < 0.0, seen.newton, 0.0)
         direct = _is_direct(now, seen, begin, room, by.direct_error * span, by)
         # Else the search widens from the start, so that it ends at the nearest rest and not at one
