@@ -25,6 +25,10 @@ PACKAGES = (
 """Layers with an API that is called; the command line has a page of its own."""
 
 
+SECTIONS = ("Args:", "Returns:", "Yields:", "Raises:", "Example:")
+"""Of a public function's docstring."""
+
+
 def write_api_pages(folder: Path) -> None:
     """A page a layer that documents every module of it, and an index."""
     folder.mkdir(exist_ok=True)
@@ -87,10 +91,11 @@ def as_restructured_text(app, what, name, obj, options, lines: list[str]) -> Non
     """Turn a docstring's lines into reStructuredText, in place.
 
     Indented lines after a blank one are equations and stay as they are; `code` is marked as such; other
-    signs that would be markup are escaped.
+    signs that would be markup are escaped. Arguments and errors become lists, examples stay as they are.
     """
     if lines and lines[0].startswith("Alias for field number"):
         lines[:] = []
+    lines[:] = _sections_listed(lines)
     result: list[str] = []
     literal = False
     for line in lines:
@@ -105,6 +110,30 @@ def as_restructured_text(app, what, name, obj, options, lines: list[str]) -> Non
             result += ["::", ""]
         result.append(line if literal else _escaped(line))
     lines[:] = result
+
+
+def _sections_listed(lines: list[str]) -> list[str]:
+    """The lines with what stands under Args, Returns, Raises and Yields as lists and paragraphs."""
+    result: list[str] = []
+    section = ""
+    for line in lines:
+        if line in SECTIONS:
+            section = line
+            result += [line, ""]
+            continue
+        if line.strip() and not line.startswith("    "):
+            section = ""
+        text = line[4:]
+        if section in ("", "Example:") or not line.strip():
+            result.append(line)
+        elif text.startswith(" ") or (section in ("Returns:", "Yields:") and result[-1]):
+            result[-1] += f" {text.strip()}"
+        elif section in ("Args:", "Raises:"):
+            name, _, meaning = text.partition(": ")
+            result.append(f"- `{name}`: {meaning}")
+        else:
+            result.append(text)
+    return result
 
 
 def _escaped(line: str) -> str:

@@ -18,6 +18,11 @@ from reference import as_restructured_text
             ["Says", "", "::", "", "    F = a * b", "", "and on"],
         ),
         (["- one", "  goes on", "- two"], ["- one", "  goes on", "- two"]),
+        (
+            ["Args:", "    n_a: one", "        more", "", "Returns:", "    A b", "    c."],
+            ["Args:", "", "- ``n_a``: one more", "", "Returns:", "", "A b c."],
+        ),
+        (["Example:", "    >>> a_b"], ["Example:", "", "::", "", "    >>> a_b"]),
         (["Alias for field number 3"], []),
     ],
 )
