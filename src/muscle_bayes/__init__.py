@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from muscle_bayes.physics.effect import Effect
     from muscle_bayes.physics.plant import Plant
     from muscle_bayes.physics.schedule import Schedule
-    from muscle_bayes.physics.simulation import (  # type: ignore[attr-defined]
+    from muscle_bayes.physics.simulation import (
         initial_state,
         simulate,
     )

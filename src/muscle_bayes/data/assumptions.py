@@ -80,6 +80,11 @@ def _read_clock(run: Run, prefix: str) -> str:
     return formats.get(run.clock, "")
 
 
+ASKED: Final = "not known: a fit asks for it"
+REFERENCE: Final = "the thesis' reference spring (eq. 12), if no key of the spring is stated"
+"""A spring's rate that is absent."""
+
+
 def _spring(key: str, told: str, torsion: str = "") -> Callable[[Run, str], str]:
     def say(run: Run, prefix: str) -> str:
         element = getattr(run.metadata, prefix.rstrip("."))
@@ -162,11 +167,11 @@ ABSENT: Final[dict[str, _Said]] = {
     "SpringElement.linkage": "pins",
     "SpringElement.drum_radius": "",
     "SpringElement.length_at_zero": "",
-    "SpringElement.rate": "not known, to be estimated",
-    "SpringElement.free_length": _spring("zero", "not known, to be estimated"),
-    "SpringElement.tension_at_zero": _spring("", "", torsion="not known, to be estimated"),
+    "SpringElement.rate": _spring("", REFERENCE, torsion=ASKED),
+    "SpringElement.free_length": _spring("zero", "as the rate"),
+    "SpringElement.tension_at_zero": _spring("", "", torsion=ASKED),
     "SpringElement.closed_length": _spring("", "none, the spring pulls at any length"),
-    "SpringElement.damping": "not known, to be estimated",
+    "SpringElement.damping": "none",
     "ArmElement.kind": "",
     "ArmElement.hanging_angle": "0 rad",
     "NoElement.kind": "",

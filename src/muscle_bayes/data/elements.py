@@ -81,7 +81,7 @@ class MuscleElement(_Linked):
 
 
 class SpringElement(Table):
-    """A linear spring with a damper beside it; what is absent is to be estimated.
+    """A linear spring with a damper beside it; springs are not estimated yet.
 
     pins, drum, straight: tension rate (L - free_length) + damping dL/dt, L of the linkage [m]
     torsion:              torque -(tension_at_zero + rate theta + damping omega) on the rotor
@@ -94,16 +94,17 @@ class SpringElement(Table):
     length_at_zero: Positive | None = None
     """m, length at coordinate zero"""
     rate: Positive | None = None
-    """N/m; N m/rad where linkage is torsion. None = estimated"""
+    """N/m; N m/rad where linkage is torsion. None = the thesis' reference spring, where no key is
+    stated"""
     free_length: Positive | None = None
-    """m, length at which the spring's line pulls with no force. None = estimated, unless
+    """m, length at which the spring's line pulls with no force. None: see rate, unless
     tension_at_zero says it"""
     tension_at_zero: Finite | None = None
     """N (N m where linkage is torsion), pull at coordinate zero; instead of free_length"""
     closed_length: Positive | None = None
     """m, length at which the coils touch: shorter, the spring does not pull. None = none"""
     damping: NonNegative | None = None
-    """N s/m; N m s/rad where linkage is torsion. None = estimated"""
+    """N s/m; N m s/rad where linkage is torsion. None = none"""
 
     @model_validator(mode="after")
     def _keys_agree(self) -> "SpringElement":

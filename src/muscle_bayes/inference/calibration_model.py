@@ -132,7 +132,7 @@ def calibration_model(
         MuscleBayesError: for runs that cannot be fitted together, unknown effects and unknown priors.
 
     Example:
-        >>> import numpyro.distributions as dist
+        >>> from numpyro import distributions as dist
         >>> from muscle_bayes import calibration_model, load_example
         >>> model = calibration_model(load_example("springs"), priors={"J": dist.HalfNormal(3e-3)})
     """

@@ -17,6 +17,10 @@ from muscle_bayes.physics.effects import effect_type
 
 EXACT = 1e-3
 """Spread of an exact zero that is not 0, or stands beside others, as a share of the readings' noise."""
+HAND_SIZED = 3e-3
+"""Inertia of a rotor that a hand holds [kg m^2], or mass of a carriage [kg]."""
+UNSTATED_TENSION = 3.0
+"""Tension of a muscle under no stated load [N]: about that under which muscles are coiled."""
 FIRST_FORCE_SPREAD = 0.7
 """Prior standard deviation of the log of HYST's force at the first row, about the typical tension."""
 
@@ -30,8 +34,12 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
         q = run.sensor.coordinate(record.reading[seen])
         ranges.append(float(np.ptp(q)))
         speeds.append(np.quantile(np.abs(np.diff(q) / np.diff(record.time[seen])), 0.95))
+    speed, span = max(float(max(speeds)), 1e-9), max(*ranges, 1e-9)
+    if force == 0.0:
+        # Nothing that drives is stated: what turns a hand-sized rotor as these readings turn.
+        force = HAND_SIZED * speed**2 / span
     tension = max(driving_force(run) / max(tension_lever(run), 1e-6) for run in runs)
-    return Scales(force, max(float(max(speeds)), 1e-9), tension, max(*ranges, 1e-9))
+    return Scales(force, speed, tension or UNSTATED_TENSION, span)
 
 
 def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:

@@ -3,12 +3,23 @@
 import dataclasses
 import math
 
+import jax
 import jax.numpy as jnp
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data.metadata import Fixture, Metadata
 from muscle_bayes.data.run import Run
-from muscle_bayes.physics.element import Arm, Element, Muscle, NoElement, ReferenceSpring
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.physics.element import (
+    Arm,
+    Element,
+    Instant,
+    Muscle,
+    NoElement,
+    ReferenceSpring,
+    Spring,
+    TorsionSpring,
+)
 from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
 from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -39,11 +50,39 @@ def _element(metadata: Metadata, side: str) -> Element:
         return NoElement()
     if element.kind == "arm":
         return Arm(element.mass, element.centre_distance, element.hanging_angle)
-    linkage = _linkage(element, fixture, side)
     if element.kind == "spring":
-        return ReferenceSpring(linkage)
+        return _spring(element, fixture, side)
+    linkage = _linkage(element, fixture, side)
     heated = 1.0 if element.heater_length is None else element.heater_length / element.base_length
     return Muscle(linkage, element.base_length, heated, fixture.room_temperature, _UNKNOWN_MUSCLE)
+
+
+def _spring(element, fixture: Fixture, side: str) -> Element:
+    """The spring that metadata state; the thesis' reference spring where they state none of it."""
+    stated = {
+        key: getattr(element, key)
+        for key in ("rate", "free_length", "tension_at_zero", "closed_length", "damping")
+        if getattr(element, key) is not None
+    }
+    if not stated and element.linkage != "torsion":
+        return ReferenceSpring(_linkage(element, fixture, side))
+    pull = "tension_at_zero" in stated or "free_length" in stated
+    if "rate" not in stated or not pull:
+        raise MuscleBayesError(
+            f"[element_{side}] is a spring whose rate or pull is not stated; springs are not estimated "
+            "yet. Fix: give rate and free_length, or rate and tension_at_zero"
+        )
+    rate, damping = stated["rate"], stated.get("damping", 0.0)
+    if element.linkage == "torsion":
+        return TorsionSpring(rate, stated["tension_at_zero"], damping)
+    if element.length_at_zero is None and element.linkage == "straight":
+        linkage: Linkage = Straight(0.0, 1.0 if side == "a" else -1.0)
+    else:
+        linkage = _linkage(element, fixture, side)
+    free = stated.get("free_length")
+    if free is None:
+        free = float(linkage.length(jnp.asarray(0.0))) - stated["tension_at_zero"] / rate
+    return Spring(linkage, rate, free, stated.get("closed_length"), damping)
 
 
 def rig(metadata: Metadata) -> Plant:
@@ -100,7 +139,20 @@ def driving_force(run: Run) -> float:
     for element in (metadata.element_a, metadata.element_b):
         if element.kind == "arm":
             forces.append(element.mass * GRAVITY * element.centre_distance)
-    return max(forces)
+    return max(forces) or _spring_force(run)
+
+
+def _spring_force(run: Run) -> float:
+    """Largest force of the run's springs over its readings; 0 without springs."""
+    plant = rig(run.metadata)
+    q = jnp.linspace(float(run.coordinate.min()), float(run.coordinate.max()), 16)
+    still, none = jnp.zeros(()), jnp.zeros(())
+    sides = [
+        jnp.abs(jax.vmap(lambda x, s=side: s.force(Instant(x, still, none, none, none, {}), ()))(q))
+        for side in (plant.side_a, plant.side_b)
+        if isinstance(side, ReferenceSpring | Spring | TorsionSpring)
+    ]
+    return max((float(one.max()) for one in sides), default=0.0)
 
 
 def tension_lever(run: Run) -> float:

@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 
-from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON
 from muscle_bayes.physics.effect import Effect, Port, Signals
 from muscle_bayes.physics.linkage import Linkage, Scalar
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -78,6 +78,44 @@ class ReferenceSpring(Element):
 
     def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         return -reference_spring(self.linkage.length(now.q)) * self.linkage.lever(now.q)
+
+
+class Spring(Element):
+    """A linear spring on a linkage, with a damper beside it.
+
+        tension = rate (L - free_length) + damping dL/dt
+
+    rate [N/m], free_length [m], damping [N s/m]. Where the coils touch at `closed_length` [m] it pulls
+    no more below that, over the same small strain as the other springs; None: it also pushes.
+    """
+
+    linkage: Linkage
+    rate: Scalar | float
+    free_length: Scalar | float
+    closed_length: float | None
+    damping: Scalar | float
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        length, lever = self.linkage.length(now.q), self.linkage.lever(now.q)
+        tension = self.rate * (length - self.free_length)
+        if self.closed_length is not None:
+            slack = STRAIN_EPSILON * self.closed_length
+            open_share = jnp.clip((length - self.closed_length) / slack + 1.0, 0.0, 1.0)
+            least = self.rate * (self.closed_length - self.free_length)
+            stretch = jnp.maximum(length - self.closed_length, 0.0)
+            tension = open_share * least + self.rate * stretch
+        return -(tension + self.damping * lever * now.speed) * lever
+
+
+class TorsionSpring(Element):
+    """Torque -(torque_at_zero + rate q + damping q'): N m, N m/rad, N m s/rad."""
+
+    rate: Scalar | float
+    torque_at_zero: Scalar | float
+    damping: Scalar | float
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return -(self.torque_at_zero + self.rate * now.q + self.damping * now.speed)
 
 
 class Arm(Element):

@@ -155,7 +155,7 @@ def element_entries(answer: str, unit: Unit) -> list[Entry]:
             Entry("hanging_angle", 0.0, "rad, where it hangs at rest"),
         ]
     if kind == "spring" and not sizes:
-        why = "rate, free_length or tension_at_zero, damping: absent ones are to be estimated"
+        why = "state rate, and free_length or tension_at_zero; damping if any"
         return [
             Entry("kind", "spring", why),
             Entry("linkage", "straight" if linear else "torsion"),
