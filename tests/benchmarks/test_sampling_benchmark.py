@@ -201,13 +201,12 @@ def test_stan_is_given_what_its_program_declares() -> None:
     readings, instants = sum(data["intervals"]), sum(2 * n + 1 for n in data["intervals"])
     for name in ("reading", "gap", "weight", "coarse"):
         assert data[name].shape == (readings,)
-    for name in ("time", "base", "lead"):
+    for name in ("time", "heater"):
         assert data[name].shape == (instants,)
     names = [name for name, shape in shapes for _ in range(int(np.prod(shape)))]
     assert data["spread"][names.index("contraction")] == contraction
     first = names.index("slow.zero")
     np.testing.assert_array_equal(data["location"][first : first + 3], zeros)
-    np.testing.assert_array_equal(data["first"], problem.data.lanes[0].start[:, 0])
 
 
 @pytest.mark.slow

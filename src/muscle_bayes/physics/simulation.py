@@ -27,8 +27,19 @@ def initial_state(
     """The state at the drive's start.
 
     **Arguments:** `q` [rad or m], `speed` [rad/s or m/s], and `hyst`: sigma_hyst, one for both sides
-    or one each. Effects with memory remember what they do after the plant has long been held like this
-    under the drive's first row.
+    or one each.
+
+    **Returns:** the state. Effects with memory remember what they do after the plant has long been
+    held like this under the drive's first row.
+
+    **Example:**
+
+        >>> import muscle_bayes as mb
+        >>> run = mb.load_example("springs")[0]
+        >>> plant = mb.plant_of(run, {"J": 1.2e-3, "D": 5e-3})
+        >>> drive = mb.Schedule.sampled([0.0, 1.0], 25.0, load=0.108)
+        >>> float(mb.initial_state(plant, drive, q=0.1).speed)
+        0.0
     """
     q, speed = jnp.asarray(q, float), jnp.asarray(speed, float)
     hyst = jnp.broadcast_to(jnp.asarray(hyst, float), (2,))
