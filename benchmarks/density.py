@@ -7,16 +7,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.density import constrain, potential_given
-from muscle_bayes.inference.lane_model import (
+from muscle_bayes.inference.model.density import constrain, potential_given
+from muscle_bayes.inference.model.lane_model import (
     LanePrediction,
     Values,
     physical_of,
     plant_of,
     zeros_of,
 )
-from muscle_bayes.inference.muscle_prior import first_hyst
-from muscle_bayes.inference.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.muscle_prior import first_hyst
+from muscle_bayes.inference.model.problem import Data, Lanes, Layout
 from muscle_bayes.physics.simulation import at_rest, initial_state
 
 

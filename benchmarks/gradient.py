@@ -28,8 +28,8 @@ from benchmarks.ode import COARSE_ERROR, damping_for
 from benchmarks.problem import posed, reference_point
 from benchmarks.reference import error, independent, reference
 from benchmarks.timing import Timing, timings
-from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.problem import Problem
 
 PACKAGES = ("jax", "jaxlib", "diffrax", "numpy", "scipy", "casadi")
 TOLERANCES = tuple(10.0 ** -(half / 2) for half in range(8, 23))

@@ -6,7 +6,7 @@ import arviz as az
 import numpy as np
 from jaxtyping import Bool, Float
 
-from muscle_bayes.inference.problem import Layout
+from muscle_bayes.inference.model.problem import Layout
 
 MAX_RHAT, MIN_ESS = 1.01, 400.0
 """What a user wants of every identified quantity before he trusts draws."""

@@ -8,7 +8,7 @@ from benchmarks.competitors.lsoda import Lsoda
 from benchmarks.competitors.protocol import Coordinates
 from benchmarks.density import means
 from benchmarks.problem import Course, count_of
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 FINER = 31
 STRICT = 2e-5, 1e-10

@@ -25,9 +25,9 @@ from benchmarks.samplers.chain import WAYS, kind_of
 from benchmarks.samplers.ours import CACHE, NAME, SETTINGS
 from benchmarks.samplers.protocol import Frame, Sampler, our_density
 from benchmarks.timing import seconds
-from muscle_bayes.inference.fit import FULL
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.sampling.fit import FULL
+from muscle_bayes.inference.search.optimise import find_mode
 
 PACKAGES = (
     *("jax", "numpyro", "diffrax", "casadi", "pymc", "nutpie", "pystan", "httpstan", "emcee"),

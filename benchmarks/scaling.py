@@ -23,11 +23,11 @@ from benchmarks.timing import timings
 from muscle_bayes.criticism.sbc import Template, rank_data_set
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
-from muscle_bayes.inference.density import potential
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.predict import predict
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.programs import constrained
+from muscle_bayes.inference.model.density import potential
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.predict import predict
+from muscle_bayes.inference.running.programs import constrained
+from muscle_bayes.inference.search.optimise import find_mode
 from muscle_bayes.parallel.tasks import Tasks, run_tasks
 
 PACKAGES = ("jax", "jaxlib", "diffrax", "numpyro", "distributed", "numpy")

@@ -68,7 +68,7 @@ def main() -> None:
     from muscle_bayes.control.linear import operating_point, snapshot_gains
     from muscle_bayes.control.scenarios import LOAD, STEP, thesis_scenarios
     from muscle_bayes.control.study import robustness, runaway_curve
-    from muscle_bayes.inference.precision import double_precision
+    from muscle_bayes.inference.running.precision import double_precision
 
     draws, notes = load_joints(args.posterior, args.heater, args.fixture, None, args.draws, 0)
     snapshot = snapshot_gains(draws, STEP)

@@ -13,8 +13,8 @@ from muscle_bayes.cli.progress import fit_progress
 from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.sampling.fit import QUICK, fit
 from muscle_bayes.twin import EFFECTS, simulate
 from muscle_bayes.twin.shipped import SEED, shipped_runs
 

@@ -13,10 +13,10 @@ import numpy as np
 from muscle_bayes.cli.progress import fit_progress
 from muscle_bayes.criticism.compare import compare
 from muscle_bayes.data import read_run, read_runs
-from muscle_bayes.inference.fit import QUICK, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
-from muscle_bayes.inference.summary import summarise
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predictive import predict_runs
+from muscle_bayes.inference.posteriors.summary import summarise
+from muscle_bayes.inference.sampling.fit import QUICK, fit
 
 PAGE = Path(__file__).parents[1] / "docs" / "real-rigs.md"
 KEPT = Path(__file__).parents[1] / "reports" / "posteriors"

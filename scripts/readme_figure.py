@@ -10,8 +10,8 @@ from pathlib import Path
 
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.data import read_run
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predictive import predict_runs
 from muscle_bayes.report.predictive_figures import predictive_figure
 from muscle_bayes.report.style import save
 

@@ -20,9 +20,9 @@ import pytest
 import xarray as xr
 
 import muscle_bayes as mb
-from muscle_bayes.inference import fit as fitting
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.sampler import Effort
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.sampling import fit as fitting
+from muscle_bayes.inference.sampling.sampler import Effort
 from muscle_bayes.markup import three_digits
 from muscle_bayes.progress import shown_progress
 from muscle_bayes.study.published import TABLE_1, TABLE_2

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from benchmarks.competitors.protocol import Simulator
 from benchmarks.problem import INPUTS, Lane
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 SOURCE = Path(__file__).with_name("floor.c")
 FLAGS = ("-O3", "-march=native", "-shared", "-fPIC")

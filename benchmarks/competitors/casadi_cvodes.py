@@ -11,7 +11,7 @@ from jaxtyping import Float
 from benchmarks.competitors.protocol import Simulator
 from benchmarks.ode import Inputs, rates
 from benchmarks.problem import Lane
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 LONGEST_STEP = 4.0
 """Lest a step over a resting rotor miss the next heating [s]: the schedule's longest interval."""

@@ -12,9 +12,9 @@ from jaxtyping import Array, Float
 from benchmarks.competitors.protocol import Competitor, Coordinates, Gradient
 from benchmarks.density import lane_inputs, log_posterior, means, value_and_gradient
 from benchmarks.problem import lanes_of
-from muscle_bayes.inference.density import constrain
-from muscle_bayes.inference.problem import Data, Layout, Problem
-from muscle_bayes.inference.rig import with_parameters
+from muscle_bayes.inference.model.density import constrain
+from muscle_bayes.inference.model.problem import Data, Layout, Problem
+from muscle_bayes.inference.records.rig import with_parameters
 from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from benchmarks.competitors.protocol import Competitor, Coordinates, Gradient
-from muscle_bayes.inference.density import constrain, potential
-from muscle_bayes.inference.lane_model import predictions
-from muscle_bayes.inference.problem import Data, Layout
-from muscle_bayes.inference.programs import predictions_at
+from muscle_bayes.inference.model.density import constrain, potential
+from muscle_bayes.inference.model.lane_model import predictions
+from muscle_bayes.inference.model.problem import Data, Layout
+from muscle_bayes.inference.running.programs import predictions_at
 
 _gradient = jax.jit(jax.value_and_grad(potential), static_argnames="layout")
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from benchmarks.density import inputs_of, means, value_and_gradient
 from benchmarks.problem import Lane, lanes_of
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 type Coordinates = Float[np.ndarray, "lane interval"]
 type Gradient = tuple[float, Float[np.ndarray, " n"]]

@@ -4,7 +4,7 @@ from benchmarks.competitors.casadi_cvodes import CasadiCvodes
 from benchmarks.ode import COARSE_ERROR, damping_for
 from benchmarks.samplers.protocol import Frame, Point, Sampler
 from benchmarks.samplers.settings import TOLERANCE, WARMUP
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 
 class CvodesNuts(Sampler):

@@ -1,5 +1,5 @@
 // Joint posterior of staircases: the equations of benchmarks/ode.py, the noise model of
-// muscle_bayes.inference.noise and the priors, written out. Units: rad, N m, N, s, degrees C, counts.
+// muscle_bayes.inference.model.noise and the priors, written out. Units: rad, N m, N, s, degrees C, counts.
 functions {
   // Tension of a spring that needs a minimum force to open.
   real tensile(real strain, real stiffness, real minimum, real eps) {

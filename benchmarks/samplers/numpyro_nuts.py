@@ -13,8 +13,8 @@ from benchmarks.competitors.generic_diffrax import GenericDiffrax
 from benchmarks.ode import COARSE_ERROR, damping_for
 from benchmarks.samplers.protocol import Frame, Point, Record, Sampler, our_density
 from benchmarks.samplers.settings import TOLERANCE, WARMUP
-from muscle_bayes.inference.density import potential
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.density import potential
+from muscle_bayes.inference.model.problem import Problem
 
 
 class _Nuts(Sampler):

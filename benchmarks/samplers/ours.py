@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.problem import posed
-from muscle_bayes.inference.fit import FULL, sample
+from muscle_bayes.inference.sampling.fit import FULL, sample
 
 NAME = "muscle_bayes"
 SETTINGS = (

@@ -12,8 +12,8 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.density import potential
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.density import potential
+from muscle_bayes.inference.model.problem import Problem
 
 type Point = Float[np.ndarray, " n"]
 type Density = Callable[[Point], tuple[float, Point]]

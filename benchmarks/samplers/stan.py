@@ -29,7 +29,7 @@ from jaxtyping import Float
 from benchmarks.samplers.protocol import Frame, Point, Record, Sampler
 from benchmarks.samplers.settings import WARMUP
 from benchmarks.samplers.stan_data import data_of
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 PROGRAM = Path(__file__).with_name("muscle.stan")
 CACHE = Path(__file__).parents[2] / ".cache" / "stan"

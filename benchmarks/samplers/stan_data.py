@@ -12,9 +12,9 @@ from benchmarks.problem import lanes_of
 from benchmarks.samplers.protocol import Frame
 from benchmarks.samplers.settings import TOLERANCE
 from muscle_bayes.conventions import STRAIN_EPSILON
-from muscle_bayes.inference.muscle_prior import COLD, HOT
-from muscle_bayes.inference.noise import AT_REST
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.muscle_prior import COLD, HOT
+from muscle_bayes.inference.model.noise import AT_REST
+from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.physics.muscle import DAMPER_FLOOR
 
 SHARED = (

@@ -12,7 +12,7 @@ from benchmarks.density import log_posterior
 from benchmarks.ode import COARSE_ERROR, damping_for
 from benchmarks.samplers.protocol import Frame, Point, Record, Sampler
 from benchmarks.samplers.settings import TOLERANCE
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 
 class Values(Sampler):

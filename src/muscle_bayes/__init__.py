@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from muscle_bayes.discovery.discover import discover
     from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.examples import load_example
-    from muscle_bayes.inference.calibration_model import calibration_model
-    from muscle_bayes.inference.identifiability import identify
-    from muscle_bayes.inference.posterior import Posterior
-    from muscle_bayes.inference.predictive import predict_from_prior as prior_predict
-    from muscle_bayes.inference.predictive import predict_runs as predict
+    from muscle_bayes.inference.model.calibration_model import calibration_model
+    from muscle_bayes.inference.posteriors.identifiability import identify
+    from muscle_bayes.inference.posteriors.posterior import Posterior
+    from muscle_bayes.inference.posteriors.predictive import predict_from_prior as prior_predict
+    from muscle_bayes.inference.posteriors.predictive import predict_runs as predict
     from muscle_bayes.physics.effect import Effect
     from muscle_bayes.physics.plant import Plant
     from muscle_bayes.physics.schedule import Schedule
@@ -101,19 +101,19 @@ _HOME = {
     "Effect": "physics.effect:Effect",
     "MuscleBayesError": "errors:MuscleBayesError",
     "Plant": "physics.plant:Plant",
-    "Posterior": "inference.posterior:Posterior",
+    "Posterior": "inference.posteriors.posterior:Posterior",
     "QuasiStatic": "physics.solvers.quasi_static:QuasiStatic",
     "Schedule": "physics.schedule:Schedule",
     "StickSlip": "physics.solvers.stick_slip:StickSlip",
-    "calibration_model": "inference.calibration_model:calibration_model",
+    "calibration_model": "inference.model.calibration_model:calibration_model",
     "check": "criticism.coverage:check_run",
     "compare": "criticism.compare:compare",
     "discover": "discovery.discover:discover",
     "fit": "api.fitting:fit",
-    "identify": "inference.identifiability:identify",
+    "identify": "inference.posteriors.identifiability:identify",
     "initial_state": "physics.simulation:initial_state",
     "keep_compiled_code": "compiled:keep_compiled_code",
-    "load": "inference.posterior:Posterior.load",
+    "load": "inference.posteriors.posterior:Posterior.load",
     "load_example": "examples:load_example",
     "plant_of": "api.plants:plant_of",
     "plot_before_after": "report.discovery_figures:before_after_figure",
@@ -128,8 +128,8 @@ _HOME = {
     "plot_probabilities": "report.discovery_figures:probability_figure",
     "plot_run": "report.run_figure:run_figure",
     "plot_scenario": "report.control_figures:scenario_figure",
-    "predict": "inference.predictive:predict_runs",
-    "prior_predict": "inference.predictive:predict_from_prior",
+    "predict": "inference.posteriors.predictive:predict_runs",
+    "prior_predict": "inference.posteriors.predictive:predict_from_prior",
     "read_runs": "data.reader:read_runs",
     "simulate": "physics.simulation:simulate",
     "tune": "api.tuning:tune",

@@ -5,7 +5,7 @@ import pytest
 
 from muscle_bayes.bench.meter import Reading
 from muscle_bayes.bench.meter_lag import LEAST, LONGEST, MeterLag
-from muscle_bayes.inference.thermometer import updates
+from muscle_bayes.inference.records.thermometer import updates
 
 
 def logged(cycle, answer, seed, changes=400):

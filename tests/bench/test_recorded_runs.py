@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.twin.parameters import MuscleParameters
 
 DATA = Path(__file__).parents[2] / "data"

@@ -146,7 +146,7 @@ def test_fit_leaves_out_what_was_recorded_again(tmp_path, monkeypatch, asked, ex
         fitted.extend(run.name for run in runs)
         raise RunError("enough")
 
-    monkeypatch.setattr("muscle_bayes.inference.fit.fit", stop)
+    monkeypatch.setattr("muscle_bayes.inference.sampling.fit.fit", stop)
     told = CliRunner().invoke(app, ["fit", str(tmp_path), "--out", str(tmp_path / "p.nc"), *asked])
     assert sorted(fitted) == expected, told.output
     assert "x.csv: BROKEN OFF: q" in told.output

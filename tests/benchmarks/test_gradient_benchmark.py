@@ -15,10 +15,10 @@ from benchmarks.density import inputs_of, log_posterior, value_and_gradient
 from benchmarks.ode import Inputs, damping_for, rates
 from benchmarks.problem import INPUTS, count_of, lanes_of, posed, reference_point
 from benchmarks.reference import error, refined
-from muscle_bayes.inference.density import constrain
-from muscle_bayes.inference.lane_model import physical_of, plant_of
-from muscle_bayes.inference.problem import Problem
-from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.model.density import constrain
+from muscle_bayes.inference.model.lane_model import physical_of, plant_of
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.running.programs import potential_at
 from muscle_bayes.physics.plant import Drive
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")

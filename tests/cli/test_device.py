@@ -29,7 +29,7 @@ def test_a_missing_gpu_is_told(tmp_path: Path) -> None:
 @pytest.mark.skipif(not has_gpu(), reason="there is no GPU")
 def test_predictions_are_the_same_on_a_gpu() -> None:
     from muscle_bayes.data import read_runs
-    from muscle_bayes.inference.predictive import predict_from_prior
+    from muscle_bayes.inference.posteriors.predictive import predict_from_prior
 
     runs = read_runs([DATA / "staircase-139g.csv"])
     with jax.default_device(jax.devices("cpu")[0]):

@@ -10,7 +10,7 @@ import xarray as xr
 from published import COIL_CONTACT, TABLE_1_LINEAR, TABLE_2
 
 from muscle_bayes.control.draws import joint_draws
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
 @pytest.fixture(autouse=True, scope="module")

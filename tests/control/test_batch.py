@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.control.batch import SIDE_BY_SIDE, batch_by_batch
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 
 
 @pytest.mark.skipif(jax.default_backend() != "cpu", reason="batches there hold the whole bank")

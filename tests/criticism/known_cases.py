@@ -5,8 +5,8 @@ import json
 import numpy as np
 import xarray as xr
 
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predict import Prediction
 
 SCALE = np.pi / 180.0 * 0.25
 """rad per count: a quarter of a degree."""

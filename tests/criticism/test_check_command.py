@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 import muscle_bayes.data
 from muscle_bayes.cli import app
-from muscle_bayes.inference import predictive as predictive_module
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors import predictive as predictive_module
+from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
 class _Metadata:

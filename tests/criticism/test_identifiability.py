@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_cases import posterior_of
 
-from muscle_bayes.inference.identifiability import identify
+from muscle_bayes.inference.posteriors.identifiability import identify
 
 RNG = np.random.default_rng(0)
 PRIOR = {name: RNG.standard_normal(4000) for name in ("a", "b", "c")}

@@ -15,11 +15,11 @@ from muscle_bayes.criticism import replicates
 from muscle_bayes.criticism.replicates import KNOWN_DRAWS, Known, Template, replicate
 from muscle_bayes.criticism.sbc import RANKS, Calibration, calibration_tasks, rank_data_set
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.density import lane_fits, log_prior
-from muscle_bayes.inference.prior_draws import prior_draws
-from muscle_bayes.inference.problem import Problem
-from muscle_bayes.inference.programs import potential_at, unconstrained
-from muscle_bayes.inference.reduction import ReductionError
+from muscle_bayes.inference.model.density import lane_fits, log_prior
+from muscle_bayes.inference.model.prior_draws import prior_draws
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.model.reduction import ReductionError
+from muscle_bayes.inference.running.programs import potential_at, unconstrained
 from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
 

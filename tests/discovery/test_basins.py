@@ -12,12 +12,12 @@ from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.compare import compare
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.nominal import nest, nominal
-from muscle_bayes.inference.density import constrain
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.density import constrain
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import descend
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.optimise import find_mode
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring, staircase

@@ -8,7 +8,7 @@ from jaxtyping import Array
 
 from muscle_bayes.discovery.functions import _rounded
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import Signals
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import (

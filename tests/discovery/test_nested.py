@@ -9,14 +9,14 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.holding import without_blocks, without_runs
-from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, slope_at
-from muscle_bayes.inference.prior_draws import prior_draws
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.programs import potential_at
-from muscle_bayes.inference.starts import SETTLING_SHARE
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.prior_draws import prior_draws
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
+from muscle_bayes.inference.running.programs import potential_at
+from muscle_bayes.inference.search.descent import descend
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at, slope_at
 
 DATA = Path(__file__).parents[2] / "data"
 CANDIDATES = ("viscous-friction", "bias-torque")

@@ -12,8 +12,8 @@ from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.screen import starts_of
 from muscle_bayes.discovery.search import finished, first_steps
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import Fitted, descend
 from muscle_bayes.physics.effects.empirical import function_name
 
 PRESENT = ("viscous-friction", "bias-torque")

@@ -11,9 +11,9 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.discovery import next_experiment
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of
 from muscle_bayes.discovery.nominal import nest, nominal
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.search.descent import descend
+from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.twin import Rig
 
 DATA = Path(__file__).parents[2] / "data"

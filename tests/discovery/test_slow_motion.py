@@ -11,8 +11,8 @@ from muscle_bayes.discovery import compare as comparison
 from muscle_bayes.discovery.compare import compare, with_own_motion
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.nominal import nest, nominal
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import descend
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import save_runs
 

@@ -8,8 +8,8 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.discover import applicable
 from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.search import finished, first_steps, screen, started_again
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import descend
 from muscle_bayes.trial.cases import Case, data_set
 from muscle_bayes.twin import save_runs
 

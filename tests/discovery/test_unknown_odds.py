@@ -17,8 +17,8 @@ from muscle_bayes.discovery.nominal import nest, nominal
 from muscle_bayes.discovery.screen import starts_of
 from muscle_bayes.discovery.search import finished, first_steps
 from muscle_bayes.discovery.unknown import Unknown
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import descend
 from muscle_bayes.physics.effects.empirical import function_name
 from muscle_bayes.trial.outside import Detent
 from muscle_bayes.twin import Rig, simulate, spring_rig

@@ -18,8 +18,8 @@ from muscle_bayes.data.validation import _models
 
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 LITTLE = """
-import muscle_bayes.inference.fit as module
-from muscle_bayes.inference.sampler import Effort
+import muscle_bayes.inference.sampling.fit as module
+from muscle_bayes.inference.sampling.sampler import Effort
 
 _fit = module.fit
 module.fit = lambda *a, **k: _fit(*a, **k | {"effort": Effort(2, 60, 60, 1, 1)})

@@ -2,9 +2,9 @@
 
 import jax.numpy as jnp
 
-from muscle_bayes.inference.muscle_prior import COLD, HOT, strain_under
-from muscle_bayes.inference.problem import Problem
-from muscle_bayes.inference.starts import resting_starts
+from muscle_bayes.inference.model.muscle_prior import COLD, HOT, strain_under
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.posteriors.starts import resting_starts
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
 

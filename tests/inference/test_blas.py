@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from muscle_bayes.inference.blas import one_blas_thread
+from muscle_bayes.inference.running.blas import one_blas_thread
 
 
 def blas_threads() -> list[int]:

@@ -18,12 +18,12 @@ from numpyro.infer.util import log_density
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.calibration_model import CalibrationModel, calibration_model
-from muscle_bayes.inference.density import constrain, potential, unconstrain
-from muscle_bayes.inference.lane_model import muscle_of
-from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
-from muscle_bayes.inference.prior_draws import prior_draws
-from muscle_bayes.inference.problem import Data
+from muscle_bayes.inference.model.calibration_model import CalibrationModel, calibration_model
+from muscle_bayes.inference.model.density import constrain, potential, unconstrain
+from muscle_bayes.inference.model.lane_model import muscle_of
+from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
+from muscle_bayes.inference.model.prior_draws import prior_draws
+from muscle_bayes.inference.model.problem import Data
 
 DATA = Path(__file__).parents[2] / "data"
 TRUTH = tomllib.loads((DATA / "truth.toml").read_text(encoding="utf-8"))["rotor"]
@@ -199,7 +199,7 @@ def test_nuts_finds_what_made_a_spring_run() -> None:
 def test_numpyro_is_whole_whatever_is_imported_first() -> None:
     """ArviZ imports NumPyro lazily, which hid parts of it from who came later."""
     lines = (
-        "import arviz, muscle_bayes.inference.fit, numpyro",
+        "import arviz, muscle_bayes.inference.sampling.fit, numpyro",
         "print(numpyro.distributions.distribution, numpyro.distributions.constraints)",
     )
     done = subprocess.run(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.inference.damped_steps import LONGEST_MOVE, damped_move
+from muscle_bayes.inference.search.damped_steps import LONGEST_MOVE, damped_move
 
 
 @pytest.mark.parametrize("seed", range(4))

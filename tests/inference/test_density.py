@@ -11,16 +11,16 @@ from numpyro import distributions as dist
 from numpyro.infer.util import log_density
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.density import (
+from muscle_bayes.inference.model.density import (
     constrain,
     lane_fits,
     log_likelihood,
     potential,
     unconstrain,
 )
-from muscle_bayes.inference.forward_jacobian import with_forward_jacobian
-from muscle_bayes.inference.lane_model import responses
-from muscle_bayes.inference.problem import Problem, pose
+from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.model.lane_model import responses
+from muscle_bayes.inference.model.problem import Problem, pose
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -8,11 +8,11 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.nominal import nest, nominal
-from muscle_bayes.inference import damped_steps, descent
-from muscle_bayes.inference.descent import descend
-from muscle_bayes.inference.nested import Choice, Nested, values_at
-from muscle_bayes.inference.nested_programs import Slope
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search import damped_steps, descent
+from muscle_bayes.inference.search.descent import descend
+from muscle_bayes.inference.search.nested import Choice, Nested, values_at
+from muscle_bayes.inference.search.nested_programs import Slope
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -7,8 +7,8 @@ import pytest
 from numpyro import distributions as dist
 from scipy.stats import multivariate_normal
 
-from muscle_bayes.inference.discrepancy import OUDiscrepancy
-from muscle_bayes.inference.noise import NoiseParameters
+from muscle_bayes.inference.model.discrepancy import OUDiscrepancy
+from muscle_bayes.inference.model.noise import NoiseParameters
 
 NOISE = NoiseParameters(noise=0.4, discrepancy=1.3, correlation_time=0.6)
 PREDICTION = np.array([0.2, 0.5, -0.3, 1.0, 0.0, 0.7])

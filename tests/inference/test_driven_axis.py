@@ -10,13 +10,13 @@ import pytest
 
 from muscle_bayes.data import read_run
 from muscle_bayes.discovery.discover import discover
-from muscle_bayes.inference.density import constrain, explained
-from muscle_bayes.inference.lane_model import predictions
-from muscle_bayes.inference.mode import Mode
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.pivots import pivoted
-from muscle_bayes.inference.problem import Data, Problem, pose
-from muscle_bayes.inference.programs import potential_at
+from muscle_bayes.inference.model.density import constrain, explained
+from muscle_bayes.inference.model.lane_model import predictions
+from muscle_bayes.inference.model.pivots import pivoted
+from muscle_bayes.inference.model.problem import Data, Problem, pose
+from muscle_bayes.inference.running.programs import potential_at
+from muscle_bayes.inference.search.mode import Mode
+from muscle_bayes.inference.search.optimise import find_mode
 
 pytestmark = pytest.mark.slow
 

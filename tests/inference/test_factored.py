@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.inference.factored import FactoredPrecision
+from muscle_bayes.inference.search.factored import FactoredPrecision
 
 
 @pytest.fixture

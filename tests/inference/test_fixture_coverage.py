@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.fit import Effort, fit
+from muscle_bayes.inference.sampling.fit import Effort, fit
 from muscle_bayes.twin import save_runs, simulate
 from muscle_bayes.twin.shipped import shipped_runs
 

@@ -9,11 +9,11 @@ import pytest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.fit import Effort, fit
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.summary import summarise
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predictive import predict_runs
+from muscle_bayes.inference.posteriors.summary import summarise
+from muscle_bayes.inference.sampling.fit import Effort, fit
 
 DATA = Path(__file__).parents[2] / "data"
 SPRINGS = sorted(DATA.glob("spring-*.csv"))

@@ -12,11 +12,11 @@ from numpyro import distributions as dist
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.calibration_model import CalibrationModel, calibration_model
-from muscle_bayes.inference.gibbs_blocks import Slices, blocks_of, slice_update
-from muscle_bayes.inference.lane_model import predictions
-from muscle_bayes.inference.priors import Priors
-from muscle_bayes.inference.problem import Data
+from muscle_bayes.inference.model.calibration_model import CalibrationModel, calibration_model
+from muscle_bayes.inference.model.lane_model import predictions
+from muscle_bayes.inference.model.priors import Priors
+from muscle_bayes.inference.model.problem import Data
+from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of, slice_update
 
 DATA = Path(__file__).parents[2] / "data"
 FORCES = ("F_modulus_min", "F_hyst_min")

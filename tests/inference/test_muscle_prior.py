@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.conventions import STRAIN_EPSILON
-from muscle_bayes.inference.muscle_prior import (
+from muscle_bayes.inference.model.muscle_prior import (
     UNITS,
     muscle_parameters,
     muscle_sites,

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from muscle_bayes.data import read_run
-from muscle_bayes.inference.noise import (
+from muscle_bayes.inference.model.noise import (
     AT_REST,
     REACH,
     NoiseParameters,
@@ -19,8 +19,8 @@ from muscle_bayes.inference.noise import (
     time_in_motion,
     whiten,
 )
-from muscle_bayes.inference.predict import disturbances
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.predict import disturbances
 
 TIME = np.array([0.0, 0.03, 0.07, 0.5, 0.5, 2.0])
 SEEN = np.array([1.0, 1.0, 0.0, 1.0, 0.0, 1.0])

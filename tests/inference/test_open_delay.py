@@ -9,8 +9,8 @@ from muscle_bayes.criticism.replicates import Template
 from muscle_bayes.data import Thermometer, read_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.open_delay import with_open_delay
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.records.open_delay import with_open_delay
 
 DATA = Path(__file__).parents[2] / "data"
 EFFECT, PARAMETER = "clock-offset", "clock-offset.delay"

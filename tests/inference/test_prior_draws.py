@@ -10,12 +10,12 @@ from numpyro import distributions as dist
 from scipy.stats import kstest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.density import log_prior, unconstrain
-from muscle_bayes.inference.muscle_prior import first_hyst
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.prior_draws import SAMPLERS, prior_draws, sample_prior
-from muscle_bayes.inference.priors import Priors
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.density import log_prior, unconstrain
+from muscle_bayes.inference.model.muscle_prior import first_hyst
+from muscle_bayes.inference.model.prior_draws import SAMPLERS, prior_draws, sample_prior
+from muscle_bayes.inference.model.priors import Priors
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[2] / "data"

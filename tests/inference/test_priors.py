@@ -11,7 +11,7 @@ import numpy as np
 from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.priors import Priors
+from muscle_bayes.inference.model.priors import Priors
 
 DATA = Path(__file__).parents[2] / "data"
 GIVEN = {
@@ -25,8 +25,8 @@ LOWERED = """
 import hashlib, sys
 import jax
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.density import potential
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.density import potential
+from muscle_bayes.inference.model.problem import pose
 
 with jax.enable_x64(True):
     problem = pose(read_runs([sys.argv[1]]))

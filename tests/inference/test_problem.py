@@ -9,9 +9,9 @@ from numpyro import distributions as dist
 
 from muscle_bayes.data import Run, read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.density import log_likelihood
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.problem import MUSCLE_PORTS, pose
+from muscle_bayes.inference.model.density import log_likelihood
+from muscle_bayes.inference.model.problem import MUSCLE_PORTS, pose
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 
 DATA = Path(__file__).parents[2] / "data"

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from muscle_bayes.inference import program
-from muscle_bayes.inference.problem import Layout
-from muscle_bayes.inference.program import Program
+from muscle_bayes.inference.model.problem import Layout
+from muscle_bayes.inference.running import program
+from muscle_bayes.inference.running.program import Program
 
 LAYOUT = Layout("coulomb", (), ("slow",), (False,), (("D", ()),))
 CALLS = []

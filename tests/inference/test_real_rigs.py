@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predictive import predict_runs
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predictive import predict_runs
 
 pytestmark = pytest.mark.real
 PUBLISHED_EMPS = {

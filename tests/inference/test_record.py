@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import Run, Thermometer, read_run
-from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.programs import solved_at
-from muscle_bayes.inference.record import JOLT, fast_record, segments, slow_record
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.records.record import JOLT, fast_record, segments, slow_record
+from muscle_bayes.inference.running.programs import solved_at
 
 DATA = Path(__file__).parents[2] / "data"
 

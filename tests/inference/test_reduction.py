@@ -10,15 +10,12 @@ import pytest
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference import fit as fitting
-from muscle_bayes.inference import reduction
-from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.lane_model import muscle_of, responses
-from muscle_bayes.inference.mode import Mode
-from muscle_bayes.inference.prior_draws import prior_draws
-from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import solved_at
-from muscle_bayes.inference.reduction import (
+from muscle_bayes.inference.model import reduction
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.lane_model import muscle_of, responses
+from muscle_bayes.inference.model.prior_draws import prior_draws
+from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.model.reduction import (
     TOLERANCE,
     ReductionError,
     solved_adequately,
@@ -26,6 +23,9 @@ from muscle_bayes.inference.reduction import (
     with_inertia,
     with_swings,
 )
+from muscle_bayes.inference.running.programs import solved_at
+from muscle_bayes.inference.sampling import fit as fitting
+from muscle_bayes.inference.search.mode import Mode
 from muscle_bayes.study.published import TABLE_2
 
 DATA = Path(__file__).parents[2] / "data"

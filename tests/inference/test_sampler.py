@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from muscle_bayes.inference.sampler import Draws, Effort, agree
+from muscle_bayes.inference.sampling.sampler import Draws, Effort, agree
 
 
 def drawn(shift: float, count: int) -> Draws:

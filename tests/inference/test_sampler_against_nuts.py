@@ -9,12 +9,12 @@ import pytest
 from numpyro.infer import MCMC, NUTS
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.blocks import blocks
-from muscle_bayes.inference.density import potential
-from muscle_bayes.inference.fit import sample
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.sampler import Effort
+from muscle_bayes.inference.model.density import potential
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.sampling.fit import sample
+from muscle_bayes.inference.sampling.sampler import Effort
+from muscle_bayes.inference.search.blocks import blocks
+from muscle_bayes.inference.search.optimise import find_mode
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -11,10 +11,10 @@ from table_2 import sampled
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.holding import without_runs
-from muscle_bayes.inference.density import constrain, unconstrain
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.other_basins import with_other_basins
-from muscle_bayes.inference.problem import pose
+from muscle_bayes.inference.model.density import constrain, unconstrain
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.secants import _groups, polished
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at
+from muscle_bayes.inference.search.secants import _groups, polished
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import expon, norm, truncnorm
 
-from muscle_bayes.inference.slice_sampling import slice_sweep
+from muscle_bayes.inference.sampling.slice_sampling import slice_sweep
 
 CHAINS, DRAWS = 50, 400
 

@@ -13,8 +13,8 @@ from numpyro.infer import MCMC, NUTS
 from scipy.stats import norm
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.standardised_normal import StandardisedNormal, standardised
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.model.standardised_normal import StandardisedNormal, standardised
 from muscle_bayes.physics.effects import CATALOGUE
 
 PRIOR = StandardisedNormal(300.0, 2000.0)

@@ -7,7 +7,7 @@ import pytest
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data import read_run
-from muscle_bayes.inference.tensions import log_tensions
+from muscle_bayes.inference.records.tensions import log_tensions
 from muscle_bayes.twin.linkage import Side
 
 

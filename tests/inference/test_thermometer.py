@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.inference.thermometer import course, updates
+from muscle_bayes.inference.records.thermometer import course, updates
 
 HOLD = 0.4
 

@@ -54,4 +54,4 @@ def test_outcomes_of_a_trial_do_not_depend_on_the_sampler() -> None:
     names = modules_of("muscle_bayes.trial.outcome")
     assert "muscle_bayes.physics.effects.slack" in names
     assert "muscle_bayes.discovery.discover" in names
-    assert "muscle_bayes.inference.sampler" not in names
+    assert "muscle_bayes.inference.sampling.sampler" not in names

@@ -7,9 +7,9 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference import fit as fitting
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.sampler import Effort
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.sampling import fit as fitting
+from muscle_bayes.inference.sampling.sampler import Effort
 from muscle_bayes.progress import shown_progress
 
 

@@ -7,8 +7,8 @@ from jaxtyping import ArrayLike
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
-from muscle_bayes.inference.rig import has_muscle, rig, with_parameters
+from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
+from muscle_bayes.inference.records.rig import has_muscle, rig, with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters

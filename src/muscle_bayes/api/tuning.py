@@ -17,7 +17,7 @@ from muscle_bayes.control.scenarios import thesis_scenarios
 from muscle_bayes.control.tune import Effort as TuningEffort
 from muscle_bayes.control.tune import Tuning
 from muscle_bayes.control.tune import tune as tune_bank
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.progress import shown_progress
 
 

@@ -44,8 +44,8 @@ def check(
     from muscle_bayes.criticism.coverage import check_run
     from muscle_bayes.criticism.drift import drift as drift_of
     from muscle_bayes.data import read_runs
-    from muscle_bayes.inference.posterior import Posterior
-    from muscle_bayes.inference.predictive import predict_runs
+    from muscle_bayes.inference.posteriors.posterior import Posterior
+    from muscle_bayes.inference.posteriors.predictive import predict_runs
     from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
 
     compute_on(device)

@@ -46,7 +46,7 @@ def load_joints(
     from muscle_bayes.control.draws import joint_draws
     from muscle_bayes.control.heater_fit import assumed_heater, fit_heater
     from muscle_bayes.data import read_runs
-    from muscle_bayes.inference.posterior import Posterior
+    from muscle_bayes.inference.posteriors.posterior import Posterior
 
     fitted = Posterior.load(posterior)
     bearing = None if fixture is None else Posterior.load(fixture)

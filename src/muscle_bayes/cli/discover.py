@@ -52,7 +52,7 @@ def discover(
     from muscle_bayes.data import read_runs
     from muscle_bayes.discovery.discover import discover as search
     from muscle_bayes.discovery.summary import summary
-    from muscle_bayes.inference.fit import EFFORTS, fit
+    from muscle_bayes.inference.sampling.fit import EFFORTS, fit
     from muscle_bayes.report.discovery_figures import write_figures
 
     compute_on(device)

@@ -74,10 +74,10 @@ def fit(
     """
     from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.data import find_runs, read_runs, recording_of, without_broken_off
-    from muscle_bayes.inference.fit import EFFORTS
-    from muscle_bayes.inference.fit import fit as fit_runs
-    from muscle_bayes.inference.posterior import Posterior
-    from muscle_bayes.inference.summary import summarise
+    from muscle_bayes.inference.posteriors.posterior import Posterior
+    from muscle_bayes.inference.posteriors.summary import summarise
+    from muscle_bayes.inference.sampling.fit import EFFORTS
+    from muscle_bayes.inference.sampling.fit import fit as fit_runs
 
     compute_on(device)
     logs = find_runs(runs)

@@ -20,7 +20,7 @@ from muscle_bayes.control.laws.law import Law
 from muscle_bayes.control.metrics import Metrics, metrics
 from muscle_bayes.control.rotor import Motion
 from muscle_bayes.control.scenario import Course, Scenario
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 
 SIDE_BY_SIDE = 8
 """Draws per batch of a core: what fills its vector units."""

@@ -10,7 +10,7 @@ from muscle_bayes.data.elements import MuscleElement
 from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.tables import Potentiometer as PotentiometerTable
 from muscle_bayes.data.validation import explain
-from muscle_bayes.inference.rig import rig
+from muscle_bayes.inference.records.rig import rig
 from muscle_bayes.physics.plant import Plant
 
 _SIDES = {

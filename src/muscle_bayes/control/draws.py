@@ -14,9 +14,9 @@ from muscle_bayes.control.heater import Heater
 from muscle_bayes.control.joint import Joint
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.muscle_prior import MUSCLE_PARAMETERS
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.rig import with_parameters
+from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.records.rig import with_parameters
 from muscle_bayes.markup import html_table
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS

@@ -8,7 +8,7 @@ from muscle_bayes.control.closed_loop import resting_plant, start_of
 from muscle_bayes.control.draws import JointDraws
 from muscle_bayes.control.gains import FeedForward
 from muscle_bayes.control.rest import angles_between, bisect
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.plant import Drive
 
 ENTRIES = 21

@@ -15,7 +15,7 @@ from muscle_bayes.control.heater import FULL_DUTY
 from muscle_bayes.control.joint import Joint
 from muscle_bayes.control.rest import bisect
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.plant import Drive
 
 LEAST_LAG = 1e-3

@@ -15,7 +15,7 @@ from muscle_bayes.control.gains import Gains
 from muscle_bayes.control.laws.build import build_law
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.scenarios import LONG, setpoint_sine
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.markup import html_table
 
 INTERVAL: Final = (0.05, 0.5, 0.95)

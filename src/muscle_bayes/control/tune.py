@@ -16,7 +16,7 @@ from muscle_bayes.control.gains import Gains
 from muscle_bayes.control.laws.build import Numbers
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.sensitivity import judged_values
-from muscle_bayes.inference.precision import double_precision
+from muscle_bayes.inference.running.precision import double_precision
 
 Report = Callable[[str, int, int], None]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 
 SHORTEST_BLOCK = 1.0
 """Shortest block whose sum counts as independent of the next, s."""

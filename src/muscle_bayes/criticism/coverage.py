@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from muscle_bayes.criticism.units import judged_unit
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 
 WINDOWS = 10
 """Number of equal spans of time into which a run is divided to see how the checks vary."""

@@ -16,7 +16,7 @@ from muscle_bayes.criticism.creep import (
     slope_weights,
 )
 from muscle_bayes.criticism.units import judged_unit
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 
 COLD_BAND = 3.0
 """Cold is within this of the run's coldest settled temperature, C."""

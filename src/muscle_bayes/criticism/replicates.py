@@ -14,21 +14,21 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data import read_runs
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.fit import fixture_prior, sample
-from muscle_bayes.inference.open_delay import with_open_delay
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.predict import disturbances
-from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import (
+from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.model.reduction import with_inertia
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predict import disturbances
+from muscle_bayes.inference.records.open_delay import with_open_delay
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.running.programs import (
     constrained,
     constrained_at,
     potential_at,
     solved_at,
     unconstrained,
 )
-from muscle_bayes.inference.reduction import with_inertia
-from muscle_bayes.inference.sampler import Effort, agree
+from muscle_bayes.inference.sampling.fit import fixture_prior, sample
+from muscle_bayes.inference.sampling.sampler import Effort, agree
 
 ATTEMPTS = 200
 """Draws of the prior tried for one that can be simulated and moves."""

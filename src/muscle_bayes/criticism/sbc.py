@@ -18,10 +18,10 @@ from muscle_bayes.criticism.replicates import (
     measured_draws,
     replicate,
 )
-from muscle_bayes.inference.assemble import named_values, values_of
-from muscle_bayes.inference.fit import sample
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.sampler import Effort, agree
+from muscle_bayes.inference.posteriors.assemble import named_values, values_of
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.sampling.fit import sample
+from muscle_bayes.inference.sampling.sampler import Effort, agree
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.provenance import LIBRARIES, code_checksum
 

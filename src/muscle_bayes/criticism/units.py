@@ -2,7 +2,7 @@
 
 from math import pi
 
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 
 
 def judged_unit(prediction: Prediction) -> tuple[str, float]:

@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.discovery.gross import as_lasting, as_white, noise_names
-from muscle_bayes.inference.blocks import MODULUS
-from muscle_bayes.inference.descent import FIRST_DAMPING, Fitted, descend, go_on
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at
-from muscle_bayes.inference.other_basins import (
+from muscle_bayes.inference.records.tensions import log_tensions
+from muscle_bayes.inference.search.blocks import MODULUS
+from muscle_bayes.inference.search.descent import FIRST_DAMPING, Fitted, descend, go_on
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at
+from muscle_bayes.inference.search.other_basins import (
     FIRST_FORCE,
     SEEN,
     SEEN_LATER,
@@ -21,7 +22,6 @@ from muscle_bayes.inference.other_basins import (
     force_levels,
     moved_entries,
 )
-from muscle_bayes.inference.tensions import log_tensions
 
 BELOW, FORCE_STEP = 0.25, 0.05
 """How far below the least tension seen MODULUS's minimum force is tried, and in what steps up to the

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.search.descent import Fitted
 
 PARTS = 20
 """Parts of equal time into which every run is split."""

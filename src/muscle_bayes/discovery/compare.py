@@ -6,8 +6,8 @@ from typing import NamedTuple
 from muscle_bayes.discovery.explanation import Explanation, Search
 from muscle_bayes.discovery.screen import Start
 from muscle_bayes.discovery.search import OUT_OF_REACH, search_candidates
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.side_by_side import side_by_side
+from muscle_bayes.inference.running.side_by_side import side_by_side
+from muscle_bayes.inference.search.descent import Fitted, descend
 
 MOST_SETTLED = 4
 """Candidates that get their own motion, and more where one without it would be likelier than those."""

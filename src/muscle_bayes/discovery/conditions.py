@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from muscle_bayes.discovery.settling import HEATED
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, values_at
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.physics.element import Muscle
 
 SIGNALS: dict[str, str] = {

@@ -21,16 +21,16 @@ from muscle_bayes.discovery.search import Report
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.unknown import Unknown, search_functions
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.blas import one_blas_thread
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, slope_at
-from muscle_bayes.inference.open_delay import with_open_delay
-from muscle_bayes.inference.precision import double_precision
-from muscle_bayes.inference.predict import Prediction
-from muscle_bayes.inference.problem import pose
-from muscle_bayes.inference.rig import has_muscle
-from muscle_bayes.inference.starts import SETTLING_SHARE
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.predict import Prediction
+from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
+from muscle_bayes.inference.records.open_delay import with_open_delay
+from muscle_bayes.inference.records.rig import has_muscle
+from muscle_bayes.inference.running.blas import one_blas_thread
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at, slope_at
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import CATALOGUE, AnyEffectType, effect_type, own_effects
 from muscle_bayes.physics.effects.empirical import PREFIX, function_type

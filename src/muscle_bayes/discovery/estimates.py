@@ -8,9 +8,9 @@ from muscle_bayes.discovery.judged import laplace_draws
 from muscle_bayes.discovery.result import Curve, Estimate
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, general
-from muscle_bayes.inference.nested_programs import values_of
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.nested import Nested, general
+from muscle_bayes.inference.search.nested_programs import values_of
 from muscle_bayes.physics.effects.empirical import TERMS, function_type, polynomial
 
 DRAWS = 400

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects.empirical import PORT_SIGNALS, PREFIX, function_name
 

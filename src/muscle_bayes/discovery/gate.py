@@ -11,9 +11,9 @@ from muscle_bayes.discovery.blocks import blocks_of
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.explanation import Explanation
 from muscle_bayes.discovery.holding import without_blocks
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at
+from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at
 
 FOLDS = 4
 STEPS = 10

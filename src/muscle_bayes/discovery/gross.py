@@ -4,8 +4,8 @@ import numpy as np
 
 from muscle_bayes.discovery.locate import TOLERATED_TIME
 from muscle_bayes.discovery.tolerance import noise_by_regime
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.search.nested import Nested
 
 GROSS = 3.0
 """Misfit, in the noise of a reading, from which on it is gross."""

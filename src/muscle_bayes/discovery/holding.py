@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.problem import Problem
-from muscle_bayes.inference.starts import SETTLING_SHARE
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
+from muscle_bayes.inference.search.nested import Nested
 
 
 def without_runs(problem: Problem, names: Collection[str]) -> Problem:

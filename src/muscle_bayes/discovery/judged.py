@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, values_at
-from muscle_bayes.inference.nested_programs import explained_at
-from muscle_bayes.inference.predict import Prediction, disturbances
+from muscle_bayes.inference.posteriors.predict import Prediction, disturbances
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.nested import Nested, values_at
+from muscle_bayes.inference.search.nested_programs import explained_at
 
 DRAWS = 60
 SHARE = 0.05

@@ -14,9 +14,9 @@ from muscle_bayes.discovery.describe import where
 from muscle_bayes.discovery.replicates import replicated_errors
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.tolerance import noise_by_regime
-from muscle_bayes.inference.descent import Fitted, descend
-from muscle_bayes.inference.factored import FactoredPrecision
-from muscle_bayes.inference.nested import Nested
+from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.search.factored import FactoredPrecision
+from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.markup import html_table
 
 TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.search.descent import Fitted
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5

@@ -12,11 +12,11 @@ from muscle_bayes.bench.sequence import Repeat, Stage
 from muscle_bayes.bench.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequence_file import to_toml
 from muscle_bayes.discovery.result import NextExperiment
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.factored import FactoredPrecision
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.nested_programs import explained_at, slope_at
-from muscle_bayes.inference.problem import Lanes
+from muscle_bayes.inference.model.problem import Lanes
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.factored import FactoredPrecision
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at, slope_at
 from muscle_bayes.physics.schedule import Schedule
 
 FACTORS = (0.6, 1.0, 1.5)

@@ -14,16 +14,16 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.tolerance import tolerated
-from muscle_bayes.inference.density import unconstrain
-from muscle_bayes.inference.mode import Mode, refine
-from muscle_bayes.inference.muscle_prior import strain_under
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.optimise import find_mode
-from muscle_bayes.inference.pivots import pivoted
-from muscle_bayes.inference.problem import Problem, pose
-from muscle_bayes.inference.programs import constrained_at
-from muscle_bayes.inference.record import is_slow
-from muscle_bayes.inference.reduction import with_swings
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.muscle_prior import strain_under
+from muscle_bayes.inference.model.pivots import pivoted
+from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.model.reduction import with_swings
+from muscle_bayes.inference.records.record import is_slow
+from muscle_bayes.inference.running.programs import constrained_at
+from muscle_bayes.inference.search.mode import Mode, refine
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.optimise import find_mode
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import effect_type
 

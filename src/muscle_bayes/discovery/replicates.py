@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm
 
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import Nested, values_at
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.nested import Nested, values_at
 
 FINE = 3.0
 """Noise in steps of the sensor from which on rounding is but noise."""

@@ -13,7 +13,7 @@ from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import Located, MisfitMap
 from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming
 from muscle_bayes.discovery.signatures import Regression
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.markup import html_table
 
 

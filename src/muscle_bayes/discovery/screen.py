@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.descent import Fitted
-from muscle_bayes.inference.nested import SLOT_STEP, Nested, general
-from muscle_bayes.inference.nested_programs import explained_at
+from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.inference.search.nested import SLOT_STEP, Nested, general
+from muscle_bayes.inference.search.nested_programs import explained_at
 from muscle_bayes.physics.effects import effect_type
 
 DRAWS = 12

@@ -10,9 +10,9 @@ from muscle_bayes.discovery.afresh import started_afresh
 from muscle_bayes.discovery.basins import with_best_basin
 from muscle_bayes.discovery.gross import as_lasting, as_white, is_gross, noise_names
 from muscle_bayes.discovery.screen import Start, redrawn, starts_of
-from muscle_bayes.inference.descent import Fitted, descend, go_on
-from muscle_bayes.inference.nested import Nested
-from muscle_bayes.inference.side_by_side import side_by_side
+from muscle_bayes.inference.running.side_by_side import side_by_side
+from muscle_bayes.inference.search.descent import Fitted, descend, go_on
+from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.physics.effect import Port
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX

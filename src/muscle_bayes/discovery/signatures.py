@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.discovery.screen import Start
-from muscle_bayes.inference.descent import Fitted
+from muscle_bayes.inference.search.descent import Fitted
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from muscle_bayes.data.run import Run
-from muscle_bayes.inference.problem import Problem
+from muscle_bayes.inference.model.problem import Problem
 
 TOLERATED = {"slow": 0.15, "fast": 0.3}
 """Lasting misfit that counts as none, in standard deviations of a reading's noise: temperatures between

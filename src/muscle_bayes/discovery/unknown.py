@@ -16,7 +16,7 @@ from muscle_bayes.discovery.locate import locate
 from muscle_bayes.discovery.naming import PRIOR_UNKNOWN, weigh
 from muscle_bayes.discovery.nominal import Nominal, nest
 from muscle_bayes.discovery.search import fit_candidates, screen, searched_further
-from muscle_bayes.inference.descent import descend
+from muscle_bayes.inference.search.descent import descend
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from muscle_bayes.criticism.drift import ColdPhase, Drift
 from muscle_bayes.criticism.units import judged_unit
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.report.bands import draw_bands, origin_word
 from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
 

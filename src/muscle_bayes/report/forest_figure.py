@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style
 

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from muscle_bayes.inference.identifiability import Identifiability
+from muscle_bayes.inference.posteriors.identifiability import Identifiability
 from muscle_bayes.report.style import BLUE, GREY, quiet_style
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLUE, GREY, VERMILLION, quiet_style
 

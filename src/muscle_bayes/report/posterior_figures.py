@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style
 
 MUSCLE_UNITS: Final = {

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from muscle_bayes.criticism.coverage import RunCheck
 from muscle_bayes.criticism.units import judged_unit
-from muscle_bayes.inference.predict import Prediction
+from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.report.bands import draw_bands, origin_word
 from muscle_bayes.report.drift_figure import drift_figure
 from muscle_bayes.report.style import BLACK, BLUE, VERMILLION, quiet_style

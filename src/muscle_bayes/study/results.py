@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from muscle_bayes.criticism.compare import compare
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.summary import summarise
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.study.plan import Plan
 
 Numbers = dict[str, Any]

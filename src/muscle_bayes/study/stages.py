@@ -252,7 +252,7 @@ def _report(plan: Plan, stages: Sequence[Stage], left: Sequence[LeftOut]) -> Sta
         code=(
             "study/words.py",
             "study/tables.py",
-            "inference/summary.py",
+            "inference/posteriors/summary.py",
             "criticism/compare.py",
             "study/published.py",
         ),

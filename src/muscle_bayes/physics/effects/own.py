@@ -58,7 +58,7 @@ def _of_file(path: Path) -> dict[str, AnyEffectType]:
 
 
 def _loaded(path: Path) -> ModuleType:
-    # No name of this package: what is compiled with it must not be kept (inference.program).
+    # No name of this package: what is compiled with it must not be kept (inference.running.program).
     name = f"own_effects_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

@@ -5,11 +5,11 @@ from typing import Any
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
 from muscle_bayes.data import Run
-from muscle_bayes.inference.identifiability import Identifiability, identify
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.predict import Prediction
-from muscle_bayes.inference.predictive import predict_from_prior, predict_runs
-from muscle_bayes.inference.summary import summarise
+from muscle_bayes.inference.posteriors.identifiability import Identifiability, identify
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predict import Prediction
+from muscle_bayes.inference.posteriors.predictive import predict_from_prior, predict_runs
+from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.json_file import write_json
 from muscle_bayes.report.drift_figure import drift_figure
 from muscle_bayes.report.identifiability_figure import identifiability_figure

@@ -1,7 +1,7 @@
 """A posterior of the fixture's runs or of the muscle's."""
 
-from muscle_bayes.inference.fit import EFFORTS, fit
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.sampling.fit import EFFORTS, fit
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.worker import Report
 

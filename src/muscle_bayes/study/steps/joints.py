@@ -5,7 +5,7 @@ from muscle_bayes.control.draws import JointDraws, joint_draws
 from muscle_bayes.control.heater_fit import HeaterPosterior, assumed_heater, fit_heater
 from muscle_bayes.data import Run
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.posterior import Posterior
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.roles import drives
 

@@ -2,10 +2,10 @@
 
 import hashlib
 
-from muscle_bayes.inference.fit import EFFORTS, fit
-from muscle_bayes.inference.open_delay import with_open_delay
-from muscle_bayes.inference.posterior import Posterior
-from muscle_bayes.inference.summary import summarise
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.summary import summarise
+from muscle_bayes.inference.records.open_delay import with_open_delay
+from muscle_bayes.inference.sampling.fit import EFFORTS, fit
 from muscle_bayes.json_file import write_json
 from muscle_bayes.report.forest_figure import forest_figure
 from muscle_bayes.study.plan import Plan

@@ -1,0 +1,162 @@
+"""The muscle's unknowns: quantities that a person can judge, and the parameters of Table 2."""
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from jaxtyping import Array, Float
+from numpyro import distributions as dist
+
+from muscle_bayes.inference.model.site import Site
+from muscle_bayes.physics.effect import Scales
+from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.springs import tensile_strain
+
+COLD, HOT = 25.0, 90.0
+"""Temperatures between which the muscle was trained and thermal contraction is described, C."""
+
+MUSCLE_PARAMETERS = MuscleParameters.__annotations__
+UNITS = {
+    "A": "1/K^2",
+    "B": "1/K",
+    "C": "1",
+    "F_hyst_min": "N",
+    "K_hyst": "N/m",
+    "F_modulus_min": "N",
+    "K_modulus": "N/m",
+    "H": "N s/(m K)",
+    "T_hyst_offset": "C",
+}
+"""Of Table 2's parameters."""
+
+
+def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
+    """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
+
+    Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
+    force per unit strain relative to the tension at hand, the damper by HYST's time constant. The
+    data see C, F_modulus_min and F_hyst_min best in the strain to which they add up where the muscle
+    works: so `taut_strain`, under the runs' typical tension, is sampled. Its prior is centred on
+    `first_strain`, at which the runs start, and is wide enough for any temperature and load there.
+    """
+    pull = size.tension
+    return {
+        "taut_strain": Site(
+            dist.Normal(first_strain, 0.15),
+            "1",
+            "strain at 25 C under typical tension, HYST at rest",
+        ),
+        "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
+        "bend": Site(
+            dist.Normal(0.0, 0.2), "1", "strain at 57.5 C off the chord, per unit contraction"
+        ),
+        "modulus": Site(dist.LogNormal(np.log(5 * pull), 1.0), "N", "MODULUS, force per strain"),
+        "F_modulus_min": Site(dist.LogNormal(np.log(0.5 * pull), 0.7), "N", "force that opens it"),
+        "stiffness_hyst": Site(
+            dist.LogNormal(np.log(5 * pull), 1.0), "N", "HYST, force per strain"
+        ),
+        "F_hyst_min": Site(dist.LogNormal(np.log(0.3 * pull), 0.7), "N", "force that opens it"),
+        "time_constant": Site(dist.LogNormal(np.log(150.0), 1.0), "s", "of HYST at 25 C"),
+        "softening": Site(dist.Beta(2.0, 2.0), "1", "damper at 90 C over damper at 25 C"),
+    }
+
+
+def strain_under(tension: Array | float, values: Mapping[str, Array]) -> Array:
+    """Strain of MODULUS and HYST together, both at rest under `tension` [N]."""
+    modulus = tensile_strain(tension, values["modulus"], values["F_modulus_min"])
+    return modulus + resting_hyst(tension, values)
+
+
+def muscle_parameters(
+    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
+) -> MuscleParameters:
+    """Table 2's nine parameters from the sampled quantities.
+
+    With s(T) = A T^2 + B T + C: s(25) = taut_strain - strain_under(tension), s(90) = s(25) - contraction,
+    s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
+    K_hyst at 25 C and softening times that at 90 C.
+    """
+    values = completed(values, base_length, tension)
+    span, middle = HOT - COLD, 0.5 * (HOT + COLD)
+    bow = values["bend"] * values["contraction"]
+    a = -4.0 * bow / span**2
+    b = -values["contraction"] / span - 2.0 * a * middle
+    cold_offset = values["taut_strain"] - strain_under(tension, values)
+    c = cold_offset - a * COLD**2 - b * COLD
+    k_hyst = values["stiffness_hyst"] / base_length
+    cold = values["time_constant"] * k_hyst
+    h = -cold * (1.0 - values["softening"]) / span
+    return MuscleParameters(
+        A=a,
+        B=b,
+        C=c,
+        F_hyst_min=values["F_hyst_min"],
+        K_hyst=k_hyst,
+        F_modulus_min=values["F_modulus_min"],
+        K_modulus=values["modulus"] / base_length,
+        H=h,
+        T_hyst_offset=cold / h - COLD,
+    )
+
+
+def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
+    """sigma_hyst at rest under `tension` [N] (eq. 13 inverted)."""
+    return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
+
+
+def first_hyst(force: Array, values: Mapping[str, Array]) -> Float[Array, " run"]:
+    """sigma_hyst at each run's first row, where HYST's spring pulls with `force` [N].
+
+    A force and not a strain is sampled: it is positive, it is the tension where the muscle has long
+    hung, and it stays the same when another minimum force shifts the strain.
+    """
+    return resting_hyst(force, values)
+
+
+def replaced_by(chosen: Collection[str]) -> dict[str, str]:
+    """Which sampled quantity each of these parameters of Table 2 takes the place of."""
+    places = {
+        "A": "bend",
+        "B": "contraction",
+        "C": "taut_strain",
+        "K_hyst": "stiffness_hyst",
+        "K_modulus": "modulus",
+        "H": "softening",
+        "T_hyst_offset": "time_constant" if "H" in chosen else "softening",
+    }
+    return {name: places[name] for name in places if name in chosen}
+
+
+def completed(
+    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
+) -> dict[str, Array]:
+    """The values with every quantity of `muscle_sites`, of which parameters of Table 2 took the place.
+
+    The equations of `muscle_parameters`, solved for them.
+    """
+    known, span, middle = dict(values), HOT - COLD, 0.5 * (HOT + COLD)
+    if "K_modulus" in values and "modulus" not in values:
+        known["modulus"] = values["K_modulus"] * base_length
+    if "K_hyst" in values and "stiffness_hyst" not in values:
+        known["stiffness_hyst"] = values["K_hyst"] * base_length
+    if "contraction" not in values:
+        if "bend" in values:
+            share = 8.0 * values["bend"] * middle / span**2 - 1.0 / span
+            known["contraction"] = values["B"] / share
+        else:
+            known["contraction"] = -(values["B"] + 2.0 * values["A"] * middle) * span
+    if "bend" not in values:
+        known["bend"] = -values["A"] * span**2 / (4.0 * known["contraction"])
+    if "softening" not in values and "H" not in values:
+        known["softening"] = 1.0 + span / (values["T_hyst_offset"] + COLD)
+    elif "softening" not in values:
+        k_hyst = known["stiffness_hyst"] / base_length
+        if "time_constant" not in values:
+            cold = values["H"] * (values["T_hyst_offset"] + COLD)
+            known["time_constant"] = cold / k_hyst
+        known["softening"] = 1.0 + values["H"] * span / (known["time_constant"] * k_hyst)
+    if "taut_strain" not in values:
+        a = -4.0 * known["bend"] * known["contraction"] / span**2
+        b = -known["contraction"] / span - 2.0 * a * middle
+        cold_offset = values["C"] + a * COLD**2 + b * COLD
+        known["taut_strain"] = cold_offset + strain_under(tension, known)
+    return known

@@ -1,0 +1,145 @@
+"""Weakly informative, physical priors; none is centred on a published answer."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from numpyro import distributions as dist
+
+from muscle_bayes.conventions import GRAVITY, Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.inference.model.site import Site
+from muscle_bayes.inference.model.standardised_normal import standardised
+from muscle_bayes.inference.records.record import Record
+from muscle_bayes.inference.records.rig import (
+    driving_force,
+    first_strain,
+    has_muscle,
+    tension_lever,
+)
+from muscle_bayes.physics.effect import Scales
+from muscle_bayes.physics.effects import effect_type
+
+EXACT = 1e-3
+"""Spread of an exact zero that is not 0, or stands beside others, as a share of the readings' noise."""
+HAND_SIZED = 3e-3
+"""Inertia of a rotor that a hand holds [kg m^2], or mass of a carriage [kg]."""
+UNSTATED_TENSION = 3.0
+"""Tension of a muscle under no stated load [N]: about that under which muscles are coiled."""
+FIRST_FORCE_SPREAD = 0.7
+"""Prior standard deviation of the log of HYST's force at the first row, about the typical tension."""
+
+
+def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
+    """Characteristic magnitudes of the runs: driving force, speed, tension, range of motion."""
+    force = max(driving_force(run) for run in runs)
+    speeds, ranges = [], []
+    for run, record in zip(runs, records, strict=True):
+        seen = record.weight > 0
+        q = run.sensor.coordinate(record.reading[seen])
+        ranges.append(float(np.ptp(q)))
+        speeds.append(np.quantile(np.abs(np.diff(q) / np.diff(record.time[seen])), 0.95))
+    speed, span = max(float(max(speeds)), 1e-9), max(*ranges, 1e-9)
+    if force == 0.0:
+        # Nothing that drives is stated: what turns a hand-sized rotor as these readings turn.
+        force = HAND_SIZED * speed**2 / span
+    tension = max(driving_force(run) / max(tension_lever(run), 1e-6) for run in runs)
+    return Scales(force, speed, tension or UNSTATED_TENSION, span)
+
+
+def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:
+    """J and D.
+
+    J spans four decades around a hand-sized rotor, or around the mass whose weight would drive a
+    carriage; dry friction is some share of what drives the rotor, or linear friction some share of
+    that per unit of speed. Slow runs show J only by how far the rotor overshoots its rest.
+    """
+    linear = any(run.metadata.fixture.motion == "linear" for run in runs)
+    unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)
+    sites = {"J": Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")}
+    if friction == "coulomb":
+        unit, middle = ("N" if linear else "N m"), 0.05 * size.force
+        meaning = "dry friction"
+    else:
+        unit, middle = ("N s/m" if linear else "N m s"), 0.05 * size.force / size.speed
+        meaning = "friction per unit speed"
+    sites["D"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, meaning)
+    return sites
+
+
+def mean_first_strain(runs: Sequence[Run]) -> float:
+    """Strain of the muscle at the first reading, mean over the runs that have one."""
+    return float(np.mean([first_strain(run) for run in runs if has_muscle(run)]))
+
+
+def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
+    """The parameters of the named effects, as `effect-name.parameter`."""
+    return {
+        f"{name}.{key}": Site(
+            standardised(parameter.prior(size)), parameter.unit, parameter.meaning
+        )
+        for name in names
+        for key, parameter in effect_type(name).parameters.items()
+    }
+
+
+def reading_noise(run: Run) -> float:
+    """White noise of one reading [log's unit], at least 0.3 quanta, from third differences."""
+    reading = run.table["reading"].to_numpy()
+    third = np.diff(reading, 3)
+    spread = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
+    floor = 0.3 * run.sensor.resolution
+    return max(spread, floor, 1e-9 * float(np.ptp(reading)) + 1e-12)
+
+
+def noise_sites(runs: Sequence[Run], regime: str, typical_time: float) -> dict[str, Site]:
+    """White noise and discrepancy of the runs of one regime, in the log's unit.
+
+    Both are centred on the noise of a single reading; the discrepancy may be far larger.
+    """
+    level = float(np.median([reading_noise(run) for run in runs]))
+    unit = runs[0].unit
+    return {
+        f"{regime}.noise": Site(dist.LogNormal(np.log(level), 0.7), unit, "noise of one reading"),
+        f"{regime}.discrepancy": Site(
+            dist.LogNormal(np.log(level), 1.5), unit, "misfit that lasts, standard deviation"
+        ),
+        f"{regime}.correlation_time": Site(
+            dist.LogNormal(np.log(typical_time), 1.0), "s", "how long misfit lasts"
+        ),
+    }
+
+
+def run_sites(
+    runs: Sequence[Run], records: Sequence[Record], regime: str, size: Scales
+) -> dict[str, Site]:
+    """Unknowns of each run: zero of the sensor, first reading, first speed if inertial, first HYST.
+
+    A rotor that friction holds from the first row on keeps what its start is off by: taken for
+    discrepancy, it would widen the muscle's posterior by a third.
+    """
+    names = [run.name for run in runs]
+    quantum = np.array([run.sensor.resolution for run in runs])
+    level = np.array([reading_noise(run) for run in runs])
+    sites = {}
+    uncertain = np.array([run.sensor.zero_uncertainty for run in runs])
+    nominal = np.array([run.sensor.zero for run in runs])
+    if uncertain.any() or nominal.any():  # else all readings are of q itself
+        spread = np.maximum(uncertain, EXACT * level)
+        sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
+    first = np.array([record.start_reading for record in records])
+    spread = np.sqrt(level**2 + quantum**2 / 12.0)
+    sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
+    if regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
+        slope = np.array([record.start_speed for record in records])
+        loose = np.abs(slope) + 10.0 * spread
+        sites["speed"] = Site(
+            dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
+        )
+    if any(has_muscle(run) for run in runs):
+        sites["hyst_force"] = Site(
+            dist.LogNormal(jnp.full(len(names), np.log(size.tension)), FIRST_FORCE_SPREAD),
+            "N",
+            "force of HYST's spring at the first row",
+        )
+    return sites

@@ -1,0 +1,261 @@
+"""The statistical problem that a set of runs poses: arrays for a solver, and a prior for each unknown."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+from numpyro import distributions as dist
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.model import prior
+from muscle_bayes.inference.model.chosen_priors import with_priors
+from muscle_bayes.inference.model.muscle_prior import muscle_sites
+from muscle_bayes.inference.model.priors import Priors
+from muscle_bayes.inference.model.site import Site
+from muscle_bayes.inference.records.open_delay import delay_prior
+from muscle_bayes.inference.records.record import Record, is_slow, record_of, segments
+from muscle_bayes.inference.records.rig import has_muscle, rig
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
+from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.refinement import FineGrid
+from muscle_bayes.physics.schedule import Schedule
+
+Regime = Literal["fast", "slow"]
+TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
+"""Prior median of how long misfit lasts, s."""
+
+SIZE_STEP = 64
+"""Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
+
+
+class Lanes(NamedTuple):
+    """Runs (or segments) of one regime and one plant structure, stacked along a leading axis."""
+
+    plant: Plant
+    schedule: Schedule
+    time: Float[Array, "lane interval"]
+    reading: Float[Array, "lane interval"]
+    weight: Float[Array, "lane interval"]
+    coarse: Float[Array, "lane interval"]
+    jolted: Float[Array, "lane interval"]
+    """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
+    scale: Float[Array, " lane"]
+    """Coordinate per unit of reading, with sign."""
+    quantum: Float[Array, " lane"]
+    """Resolution of the sensor [log's unit]."""
+    run: Int[Array, " lane"]
+    """Index of the lane's run among those of its regime that have unknowns of their own."""
+    released: Float[Array, " lane"]
+    """1 where the record starts at rest by protocol, 0 where its first speed is unknown."""
+    start: Float[Array, "lane 2"]
+    """Prior means of the first reading and speed [log's unit, per s]; used by segments only."""
+    start_spread: Float[Array, "lane 2"]
+    """Their standard deviations."""
+    pivot: Float[Array, "lane 2"]
+    """First reading and speed about which the response to them is taken for linear."""
+    swing: Float[Array, "lane interval"]
+    """What inertia adds to slow motion at the mode [log's unit]; 0 where it is not left out."""
+    fine: FineGrid | None = None
+    """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
+    again: Float[Array, "lane interval"] | None = None
+    """Readings of a second record from the same start; None if there is only one."""
+
+
+class Data(NamedTuple):
+    """Everything that changes from one data set to another of the same layout."""
+
+    lanes: tuple[Lanes, ...]
+    priors: Priors
+    base_length: Float[Array, ""]
+    """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
+    tension: Float[Array, ""]
+    """Typical tension, to which `taut_strain` refers, N."""
+    lever: Float[Array, ""]
+    """Generalised force per unit of tension."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Everything that shapes the computation: two data sets with one layout share compiled code."""
+
+    friction: Friction
+    effects: tuple[str, ...]
+    regimes: tuple[Regime, ...]
+    """Of each group of lanes."""
+    segmented: tuple[bool, ...]
+    """Whether a group's lanes are segments whose starts are integrated out."""
+    shapes: tuple[tuple[str, tuple[int, ...]], ...]
+    """Sampled quantities in the order of the unconstrained vector, with their shapes."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Runs, their layout and data, and what is known of each sampled quantity."""
+
+    runs: tuple[Run, ...]
+    records: tuple[Record, ...]
+    layout: Layout
+    data: Data
+    sites: dict[str, Site]
+    scales: Scales
+    lane_runs: tuple[tuple[int, ...], ...]
+    """For each group, the index in `runs` of each lane."""
+    site_runs: dict[str, tuple[str, ...]]
+    """For each regime, the names of the runs along the axis of its per-run quantities."""
+    reduction: Mapping[str, Any] = field(default_factory=dict)
+    """For each slow run that was compared, a ReductionError: what inertia changes at the mode."""
+
+
+def _pad(record: Record, size: int) -> Record:
+    """The record lengthened to `size` intervals by intervals of no duration and no readings."""
+    missing = size - record.time.size
+
+    def last(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
+
+    def zeros(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values, np.zeros(missing)])
+
+    return record._replace(
+        schedule=jax.tree.map(last, record.schedule),
+        time=last(record.time),
+        reading=zeros(record.reading),
+        weight=zeros(record.weight),
+        coarse=zeros(record.coarse),
+        jolted=zeros(record.jolted),
+    )
+
+
+def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int]) -> Lanes:
+    longest = max(record.time.size for record in records)
+    size = -(-longest // SIZE_STEP) * SIZE_STEP
+    padded = [_pad(record, size) for record in records]
+    plants = [rig(run.metadata) for run in runs]
+    level = np.array([prior.reading_noise(run) for run in runs])
+    quick = np.array([record.start_speed for record in records])
+
+    def stacked(*trees):
+        return jax.tree.map(
+            lambda *leaves: np.stack([np.asarray(x, float) for x in leaves]), *trees
+        )
+
+    start = np.array([[record.start_reading, record.start_speed] for record in records])
+    return Lanes(
+        plant=stacked(*plants),
+        schedule=stacked(*(record.schedule for record in padded)),
+        time=np.stack([record.time for record in padded]),
+        reading=np.stack([record.reading for record in padded]),
+        weight=np.stack([record.weight for record in padded]),
+        coarse=np.stack([record.coarse for record in padded]),
+        jolted=np.stack([record.jolted for record in padded]),
+        scale=np.array([run.sensor.sign * run.sensor.scale for run in runs]),
+        quantum=np.array([run.sensor.resolution for run in runs]),
+        run=np.asarray(index, dtype=np.int32),
+        released=np.array([float(run.metadata.protocol == "spring") for run in runs]),
+        start=start,
+        start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
+        pivot=start,
+        swing=np.zeros((len(padded), size)),
+    )
+
+
+def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
+    if not runs:
+        raise MuscleBayesError("no runs were given to fit; name at least one CSV file or folder")
+    for regime in ("fast", "slow"):
+        units = {run.unit for run in runs if is_slow(run) == (regime == "slow")}
+        if len(units) > 1:
+            raise MuscleBayesError(
+                f"runs that are fitted together log their position in different units "
+                f"({', '.join(sorted(units))}); fit them one unit at a time"
+            )
+    if len({run.metadata.fixture.motion for run in runs}) > 1:
+        raise MuscleBayesError("rotary and linear rigs cannot be fitted together")
+    for name in effects:
+        effect_type(name)
+    if len(set(effects)) < len(effects):
+        raise MuscleBayesError("an effect was named twice; name each effect once")
+    if not any(has_muscle(run) for run in runs):
+        for name in effects:
+            if effect_type(name).port in MUSCLE_PORTS:
+                raise MuscleBayesError(
+                    f"effect '{name}' acts on a muscle, but no run has one; leave it out or add runs"
+                )
+
+
+@double_precision
+def pose(
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    priors: Mapping[str, dist.Distribution] | None = None,
+) -> Problem:
+    """The problem of estimating what these runs can tell.
+
+    Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run
+    has a muscle, each effect's own, each run's own, each regime's noise. `priors` replaces default
+    ones, by the name of a sampled quantity or of a parameter of Table 2, which then takes the place
+    of one (`muscle_prior.replaced_by`). Metadata may give that of `clock-offset`.
+    Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
+    """
+    _check(runs, effects)
+    records = [record_of(run) for run in runs]
+    size = prior.scales(runs, records)
+    sites = prior.fixture_sites(runs, friction, size)
+    if any(has_muscle(run) for run in runs):
+        sites |= muscle_sites(size, prior.mean_first_strain(runs))
+    sites |= prior.effect_sites(effects, size)
+    for name, known in delay_prior(runs).items():
+        if name in sites:
+            sites[name] = sites[name]._replace(prior=known)
+
+    lanes, regimes, segmented, lane_runs, site_runs = [], [], [], [], {}
+    for regime in ("fast", "slow"):
+        members = [i for i, run in enumerate(runs) if is_slow(run) == (regime == "slow")]
+        if not members:
+            continue
+        pieces = {i: segments(runs[i], records[i]) for i in members}
+        own = [i for i in members if len(pieces[i]) == 1]
+        chosen = [runs[i] for i in members]
+        sites |= prior.noise_sites(chosen, regime, TYPICAL_MISFIT_TIME[regime])
+        if own:
+            own_runs, own_records = [runs[i] for i in own], [records[i] for i in own]
+            per_run = prior.run_sites(own_runs, own_records, regime, size)
+            sites |= {f"{regime}.{key}": site for key, site in per_run.items()}
+            site_runs[regime] = tuple(run.name for run in own_runs)
+        groups: dict[tuple, list[int]] = {}
+        for i in members:
+            structure = jax.tree.structure(rig(runs[i].metadata))
+            groups.setdefault((structure, len(pieces[i]) > 1), []).append(i)
+        for (_, cut), group in groups.items():
+            flat = [(i, piece) for i in group for piece in pieces[i]]
+            index = [0 if cut else own.index(i) for i, _ in flat]
+            lanes.append(_stack([runs[i] for i, _ in flat], [piece for _, piece in flat], index))
+            regimes.append(regime)
+            segmented.append(cut)
+            lane_runs.append(tuple(i for i, _ in flat))
+    lengths = [
+        element.base_length
+        for run in runs
+        for element in (run.metadata.element_a, run.metadata.element_b)
+        if element.kind == "muscle"
+    ]
+    sites = with_priors(sites, priors or {})
+    shapes = tuple((name, tuple(site.prior.shape())) for name, site in sites.items())
+    layout = Layout(friction, tuple(effects), tuple(regimes), tuple(segmented), shapes)
+    chosen_priors = Priors({name: site.prior for name, site in sites.items()})
+    base_length = np.asarray(lengths[0] if lengths else 1.0)
+    lever = np.asarray(size.force / size.tension)
+    arrays = Data(tuple(lanes), chosen_priors, base_length, np.asarray(size.tension), lever)
+    data = jax.tree.map(jnp.asarray, arrays)
+    return Problem(
+        tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs
+    )

@@ -1,0 +1,206 @@
+"""Slow motion without inertia: corrected for its error at the mode where that is small.
+
+Where it is not, inertia is kept.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
+from muscle_bayes.inference.model.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.programs import solved_at, unconstrained
+from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
+from muscle_bayes.physics.response import Response
+
+TOLERANCE = 0.5
+"""Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution (or,
+for a sensor without, in the standard deviation of the run's misfit)."""
+SWING_STEP = 0.4
+"""Steps with full inertia, in radians of the rotor's swing: half of it changes no distance by 1 %."""
+LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
+"""Bounds of these steps, s."""
+LEAST_STEPS = 2**14
+"""Runs are padded to this many steps, half as many more, or twice either: few shapes to compile."""
+
+
+class ReductionError(NamedTuple):
+    """How far a run's reduced solution is from the one with full inertia, at the mode.
+
+    Where the reduced solution is used, that distance, as it is at the mode, is added to it.
+    """
+
+    rms: float
+    """[the log's unit]"""
+    largest: float
+    """[the log's unit]"""
+    tolerance: float
+    """RMS up to which the reduced solution is used [the log's unit]."""
+
+    @property
+    def tolerable(self) -> bool:
+        """Whether the reduced solution is used: also where full inertia could not be solved (rms is
+        not finite), for then there is no other."""
+        return not (np.isfinite(self.rms) and self.rms > self.tolerance)
+
+
+def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
+    draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
+    return solved_at(unconstrained(draws, layout, data)[0], layout, data).responses
+
+
+@Program
+def _swing_rates(
+    values: Values, response: Response, lanes: Lanes, layout: Layout, data: Data
+) -> Float[Array, "lane interval"]:
+    """Angular rate at which the rotor would swing, around every state of slow motion [rad/s]."""
+    physical = physical_of(values, layout, data)
+
+    def of_lane(lane: Lanes, response: Response) -> Array:
+        plant = plant_of(lane.plant, physical, layout)
+        schedule = lane.schedule
+        drive = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
+        return jax.vmap(partial(swing_rate, plant))(response.sensed, response.hyst, drive)
+
+    return jax.vmap(of_lane)(lanes, response)
+
+
+def _padded(steps: int) -> int:
+    """The least size that holds them of LEAST_STEPS times 1, 3/2, 2, 3, 4, 6..."""
+    size = LEAST_STEPS
+    while size < steps:
+        size *= 2
+    return 3 * size // 4 if size > LEAST_STEPS and steps <= 3 * size // 4 else size
+
+
+def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
+    """Fine grids of all lanes, stacked."""
+    longest = np.clip(SWING_STEP / np.maximum(rates, 1e-9), SHORTEST_STEP, LONGEST_STEP)
+    schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
+    sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
+    size = _padded(max(sizes))
+    grids = [refined(one, limit, size) for one, limit in zip(schedules, longest, strict=True)]
+    return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
+
+
+def unsolved(errors: Mapping[str, ReductionError]) -> dict[str, ReductionError]:
+    """The errors where full inertia, wanted, could not be solved: unknown.
+
+    Seen on a heavy carriage that swings across the tension at which MODULUS shuts. Steps follow the
+    swings of slow motion, 34 rad/s with MODULUS open; shut, at 490 rad/s, they are unstable. Motion
+    stays bounded by the other side, but its derivatives grow tenfold every 13 steps and overflow.
+    """
+    return {
+        name: one if one.tolerable else one._replace(rms=float("inf"))
+        for name, one in errors.items()
+    }
+
+
+def _is_reduced(lanes: Lanes, regime: str) -> bool:
+    return regime == "slow" and lanes.fine is None
+
+
+def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Problem:
+    """The problem with full inertia in the named runs, on grids that are fine enough at `values`."""
+    if not names:
+        return problem
+    layout, data = problem.layout, problem.data
+    reduced = _responses(values, layout, data)
+    parts = []
+    groups = zip(
+        data.lanes, layout.regimes, layout.segmented, problem.lane_runs, reduced, strict=True
+    )
+    for lanes, regime, cut, owners, response in groups:
+        chosen = np.array([problem.runs[i].name in names for i in owners])
+        if not (_is_reduced(lanes, regime) and chosen.any()):
+            parts.append((lanes, regime, cut, owners))
+            continue
+        rates = np.asarray(_swing_rates(values, response, lanes, layout, data))
+        for which, inertial in ((~chosen, False), (chosen, True)):
+            if which.any():
+                index = np.flatnonzero(which)
+                part = jax.tree.map(lambda x, index=index: x[index], lanes)
+                if inertial:
+                    part = part._replace(
+                        fine=_fine(part, rates[index]), swing=jnp.zeros_like(part.swing)
+                    )
+                parts.append((part, regime, cut, tuple(owners[i] for i in index)))
+    columns = [tuple(column) for column in zip(*parts, strict=True)]
+    all_lanes, regimes, segmented, lane_runs = columns
+    return replace(
+        problem,
+        layout=replace(layout, regimes=regimes, segmented=segmented),
+        data=data._replace(lanes=all_lanes),
+        lane_runs=lane_runs,
+    )
+
+
+def without_swings(problem: Problem) -> Problem:
+    """The problem without what inertia adds to slow motion."""
+    lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in problem.data.lanes)
+    return replace(problem, data=problem.data._replace(lanes=lanes))
+
+
+def with_swings(problem: Problem, values: Values) -> Problem:
+    """The problem with what inertia adds at these values to every reduced run, and how much that is.
+
+    Slow motion plus a constant is right at `values` and, to first order, near them: what stays is how
+    the rotor's swings change with the parameters.
+    """
+    problem = without_swings(problem)
+    layout, data = problem.layout, problem.data
+    slow = [
+        problem.runs[i].name
+        for lanes, regime, owners in zip(data.lanes, layout.regimes, problem.lane_runs, strict=True)
+        if _is_reduced(lanes, regime)
+        for i in owners
+    ]
+    if not slow:
+        return problem
+    whole = with_inertia(problem, values, slow)
+    errors, parts = {}, []
+    groups = zip(
+        data.lanes,
+        _responses(values, layout, data),
+        _responses(values, whole.layout, whole.data),
+        problem.lane_runs,
+        strict=True,
+    )
+    for lanes, reduced, full, owners in groups:
+        lasting = np.diff(np.asarray(lanes.schedule.time), axis=1) > 0.0
+        swing = np.where(lasting, np.asarray(full.averaged - reduced.averaged), 0.0)
+        for lane, owner in enumerate(owners):
+            run = problem.runs[owner]
+            if run.name in slow:
+                away = swing[lane][lasting[lane]]
+                misfit = np.hypot(values["slow.noise"], values["slow.discrepancy"])
+                errors[run.name] = ReductionError(
+                    rms=float(np.sqrt(np.mean(away**2))),
+                    largest=float(np.max(np.abs(away))),
+                    tolerance=TOLERANCE * float(run.sensor.resolution or misfit),
+                )
+        solved = np.isfinite(swing).all(axis=1, keepdims=True)
+        parts.append(lanes._replace(swing=jnp.asarray(np.where(solved, swing, 0.0))))
+    return replace(
+        problem,
+        data=data._replace(lanes=tuple(parts)),
+        reduction={**problem.reduction, **errors},
+    )
+
+
+def solved_adequately(problem: Problem, values: Values) -> Problem:
+    """The problem with full inertia wherever leaving it out changes readings by too much.
+
+    And, elsewhere, with what it changes added.
+    """
+    problem = with_swings(problem, values)
+    poor = [name for name, error in problem.reduction.items() if not error.tolerable]
+    return with_inertia(problem, values, poor)

@@ -1,0 +1,1 @@
+"""Posteriors, and what they say of runs."""

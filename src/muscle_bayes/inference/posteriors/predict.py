@@ -1,0 +1,154 @@
+"""What a posterior says of a run, fitted or not."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from muscle_bayes.inference.model.likelihood import noise_of
+from muscle_bayes.inference.model.noise import NoiseParameters, elapsed_time, reading_variance
+from muscle_bayes.inference.model.problem import Lanes, Problem
+from muscle_bayes.inference.running.batches import of_draws
+from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.programs import solved_at, unconstrained
+
+Draws = Mapping[str, Array]
+"""Sampled values, each with a leading draw axis."""
+
+
+class Prediction(NamedTuple):
+    """Draws of one run's readings on the grid on which it is solved, unobserved intervals left out."""
+
+    run: str
+    unit: str
+    time: Float[np.ndarray, " interval"]
+    """s after the first row."""
+    observed: Float[np.ndarray, " interval"]
+    """Mean reading of each interval."""
+    model: Float[np.ndarray, "draw interval"]
+    """Reading that the model gives: uncertainty of the parameters only."""
+    reading: Float[np.ndarray, "draw interval"]
+    """Reading with discrepancy, noise and the variance of rounding added: what would be logged."""
+    hyst: Float[np.ndarray, "draw interval"]
+    """sigma_hyst of side A."""
+    temperature: Float[np.ndarray, " interval"]
+    """Logged temperature of side A [C]."""
+    load: Float[np.ndarray, " interval"]
+    """kg."""
+    scale: float
+    """Coordinate per unit of reading, with sign [rad or m]."""
+    ahead_from: float = 0.0
+    """Readings before this time told the run's own start; only later ones are predicted ahead [s]."""
+
+    def ahead(self) -> "Prediction":
+        """The part that is predicted ahead."""
+        return self.only(self.time >= self.ahead_from)
+
+    def only(self, chosen: Bool[np.ndarray, " interval"]) -> "Prediction":
+        """The chosen intervals."""
+        cut = {
+            key: getattr(self, key)[..., chosen]
+            for key in ("time", "observed", "model", "reading", "hyst", "temperature", "load")
+        }
+        return self._replace(**cut)
+
+
+@Program
+def disturbances(
+    key: Array,
+    values: Mapping[str, Array],
+    predicted: Float[Array, "lane interval"],
+    lanes: Lanes,
+    regime: str,
+) -> Float[Array, "lane interval"]:
+    """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
+    noise: NoiseParameters = noise_of(values, regime)
+    key_lasting, key_white = jax.random.split(key)
+    elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
+        predicted, lanes.time, lanes.jolted, quantum=lanes.quantum
+    )
+    fade = jnp.exp(-elapsed / noise.correlation_time)
+    kicks = jax.random.normal(key_lasting, lanes.time.shape)
+    first = kicks[:, 0] * noise.discrepancy
+
+    def step(state, now):
+        decay, kick, jolt = now
+        spread = (1.0 - decay**2) * noise.discrepancy**2 + jolt
+        state = decay * state + jnp.sqrt(spread) * kick
+        return state, state
+
+    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T, lanes.jolted.T))
+    variance = reading_variance(noise, lanes.weight, lanes.coarse, lanes.quantum[:, None])
+    return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
+
+
+@Program
+def _disturbances_of_draws(
+    keys: Array,
+    values: Mapping[str, Array],
+    predicted: Float[Array, "draw lane interval"],
+    lanes: Lanes,
+    regime: str,
+) -> Float[Array, "draw lane interval"]:
+    def one(key: Array, values: Mapping[str, Array], predicted: Array) -> Array:
+        return disturbances(key, values, predicted, lanes, regime)
+
+    return jax.vmap(one)(keys, values, predicted)
+
+
+def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
+    """Predictions of the problem's runs under draws of all its sampled values.
+
+    A run that is cut into segments is predicted segment by segment, each from its own data's start.
+    """
+    draws = {name: jnp.asarray(draws[name]) for name, _ in problem.layout.shapes}
+    count = len(next(iter(draws.values())))
+    keys = jax.random.split(jax.random.key(seed), count)
+    vectors = unconstrained(draws, problem.layout, problem.data)
+    outcomes = of_draws(solved_at, vectors, problem.layout, problem.data).responses
+    result: dict[int, list] = {}
+    groups = zip(
+        outcomes, problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True
+    )
+    for response, lanes, regime, owners in groups:
+        extra = _disturbances_of_draws(keys, draws, response.averaged, lanes, regime)
+        for lane, owner in enumerate(owners):
+            result.setdefault(owner, []).append(_piece(lanes, lane, response, extra))
+    return [_joined(problem, index, result[index]) for index in sorted(result)]
+
+
+def _piece(lanes: Lanes, lane: int, response, extra) -> dict[str, np.ndarray]:
+    seen = np.asarray(lanes.weight[lane] > 0)
+    model = np.asarray(response.averaged[:, lane])[:, seen]
+    temperature = lanes.schedule.temperature[lane, 1:, 0]
+    return {
+        "time": np.asarray(lanes.time[lane])[seen],
+        "observed": np.asarray(lanes.reading[lane])[seen],
+        "model": model,
+        "reading": model + np.asarray(extra[:, lane])[:, seen],
+        "hyst": np.asarray(response.hyst[:, lane, :, 0])[:, seen],
+        "temperature": np.asarray(temperature)[seen],
+        "load": np.asarray(lanes.schedule.load[lane])[seen],
+    }
+
+
+def _joined(problem: Problem, index: int, pieces: list[dict[str, np.ndarray]]) -> Prediction:
+    run = problem.runs[index]
+    parts = {key: np.concatenate([p[key] for p in pieces], axis=-1) for key in pieces[0]}
+    return Prediction(
+        run=run.name, unit=run.unit, scale=run.sensor.sign * run.sensor.scale, **parts
+    )
+
+
+def thin(values: dict[str, Any], count: int) -> dict[str, Any]:
+    """`count` draws spread evenly over all chains, chain and draw axes merged."""
+    chains, draws = next(iter(values.values())).shape[:2]
+    chosen = np.linspace(0, chains * draws - 1, min(count, chains * draws)).astype(int)
+    return {
+        name: jnp.asarray(np.asarray(value).reshape(chains * draws, *value.shape[2:])[chosen])
+        for name, value in values.items()
+    }

@@ -1,0 +1,175 @@
+"""What a posterior, or the prior alone, predicts for runs."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from muscle_bayes.conventions import Friction
+from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.muscle_prior import strain_under
+from muscle_bayes.inference.model.pivots import pivoted
+from muscle_bayes.inference.model.prior_draws import prior_draws
+from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.model.reduction import (
+    ReductionError,
+    solved_adequately,
+    with_inertia,
+    with_swings,
+)
+from muscle_bayes.inference.posteriors.assemble import PREDICTIVE_DRAWS
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.predict import Prediction, predict, thin
+from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE, resting_starts, settled_starts
+from muscle_bayes.inference.running.blas import one_blas_thread
+from muscle_bayes.inference.running.precision import double_precision
+
+
+@double_precision
+@one_blas_thread
+def predict_runs(
+    posterior: Posterior, runs: Sequence[Run], *, draws: int = PREDICTIVE_DRAWS, seed: int = 0
+) -> list[Prediction]:
+    """Predictions of runs, whether the posterior has seen them or not.
+
+    A run with the name of a fitted one keeps that run's own zero, start and first HYST strain, so
+    that a record continued past the fitted part is predicted ahead. Another run's own unknowns are
+    estimated from its first 30 % (SETTLING_SHARE), and the rest is predicted ahead.
+
+    Args:
+        posterior: of runs of the same kind.
+        runs: as `read_runs` gives them.
+        draws: how many draws of the posterior are simulated.
+        seed: of the random numbers.
+
+    Returns:
+        A prediction for each run: draws of its readings [the log's unit] over time [s].
+
+    Raises:
+        MuscleBayesError: if the runs need parameters that the posterior lacks.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> runs = mb.load_example("springs")
+        >>> posterior = mb.fit(runs, effort="quick", progress=False)
+        >>> prediction = mb.predict(posterior, runs, draws=50)[0]
+        >>> prediction.run, prediction.unit, prediction.reading.shape[0]
+        ('spring-1', 'counts', 50)
+    """
+    seen = set(json.loads(posterior.tree.attrs["runs"]))
+    found: dict[str, Prediction] = {}
+    for known in (True, False):
+        part = [run for run in runs if (run.name in seen) == known]
+        if part:
+            for one in _predict_part(posterior, part, known, draws, seed):
+                found[one.run] = one
+    return [found[run.name] for run in runs]
+
+
+def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, Any]) -> Any:
+    """Draws of what the problem shares with the posterior: everything that is no run's own."""
+    shared = [name for name, shape in problem.layout.shapes if not shape]
+    if missing := [name for name in shared if name not in thinned]:
+        raise MuscleBayesError(
+            f"the posterior has no {', '.join(missing)}, which these runs need; "
+            "fit runs of their kind as well"
+        )
+    values = {name: thinned[name] for name in shared}
+    scale = posterior.tree.attrs["base_length"] / float(problem.data.base_length)
+    if "modulus" in values:
+        # Strain under one tension tells that under another; K in N/m is the material's number that
+        # is carried over, stiffness per strain is K L_base.
+        told, asked = posterior.tree.attrs["tension"], float(problem.data.tension)
+        relaxed = values["taut_strain"] - strain_under(told, values)
+        values |= {key: values[key] / scale for key in ("modulus", "stiffness_hyst")}
+        values["taut_strain"] = relaxed + strain_under(asked, values)
+    return values
+
+
+def _predict_part(
+    posterior: Posterior, runs: Sequence[Run], known: bool, draws: int, seed: int
+) -> list[Prediction]:
+    problem = pose(runs, posterior.friction, posterior.effects)
+    group = posterior.tree["posterior"].to_dataset()
+    names = {
+        *json.loads(posterior.tree.attrs["sampled"]),
+        *(name for name, _ in problem.layout.shapes),
+    }
+    thinned = thin({name: group[name].to_numpy() for name in names if name in group}, draws)
+    values = _shared_values(posterior, problem, thinned)
+    if not known:
+        settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
+        better = _improved(problem, settled)
+        if not all(error.tolerable for error in better.reduction.values()):
+            settled = settled_starts(better, settled, seed + 1)
+        share = {run.name: SETTLING_SHARE * run.duration for run in runs}
+        predictions = predict(better, settled, seed)
+        return [one._replace(ahead_from=share[one.run]) for one in predictions]
+    for name, shape in problem.layout.shapes:
+        if shape:
+            regime = name.partition(".")[0]
+            there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
+            chosen = [there.index(run) for run in problem.site_runs[regime]]
+            values[name] = thinned[name][:, jnp.asarray(chosen)]
+    kept = json.loads(posterior.tree.attrs["reduction"])
+    heavy = [run for run, error in kept.items() if not ReductionError(**error).tolerable]
+    middle = _middle(problem, values)
+    swung = with_swings(_pivoted(problem, values), middle)
+    return predict(with_inertia(swung, middle, heavy), values, seed)
+
+
+def _middle(problem: Problem, draws: Any) -> dict[str, Any]:
+    return {name: jnp.median(draws[name], axis=0) for name, _ in problem.layout.shapes}
+
+
+def _pivoted(problem: Problem, draws: Any) -> Problem:
+    """The problem with segments' pivots where the middle of the draws puts them."""
+    layout, data = problem.layout, problem.data
+    vector = unconstrain(_middle(problem, draws), layout, data)
+    return replace(problem, data=pivoted(vector, layout, data))
+
+
+def _improved(problem: Problem, draws: Any) -> Problem:
+    """The problem with what the middle of the draws tells: segments' pivots, which runs need inertia."""
+    return solved_adequately(_pivoted(problem, draws), _middle(problem, draws))
+
+
+@double_precision
+@one_blas_thread
+def predict_from_prior(
+    runs: Sequence[Run],
+    friction: Friction = "coulomb",
+    effects: Sequence[str] = (),
+    *,
+    draws: int = PREDICTIVE_DRAWS,
+    seed: int = 0,
+) -> list[Prediction]:
+    """What the priors alone say of these runs: draws that could not be real show a poor prior.
+
+    Args:
+        runs: as `read_runs` gives them.
+        friction: "coulomb" or "linear", as in `fit`.
+        effects: names of effects, in the order in which they act.
+        draws: how many draws of the prior are simulated.
+        seed: of the random numbers.
+
+    Returns:
+        A prediction for each run: draws of its readings [the log's unit] over time [s].
+
+    Raises:
+        MuscleBayesError: for runs that cannot be fitted together and unknown effects.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> predictions = mb.prior_predict(mb.load_example("spring-1"), draws=20)
+        >>> predictions[0].model.shape[0]
+        20
+    """
+    problem = pose(runs, friction, effects)
+    values = prior_draws(jax.random.key(seed), draws, problem.layout, problem.data)
+    return predict(problem, values, seed + 1)

@@ -1,0 +1,249 @@
+"""What a run that was not fitted starts from: its own zero, first reading, speed and HYST."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpyro import distributions as dist
+
+from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON
+from muscle_bayes.inference.model.density import lane_fits
+from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros_of
+from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout, Problem
+from muscle_bayes.inference.posteriors.predict import Draws
+from muscle_bayes.inference.running.batches import in_batches
+from muscle_bayes.inference.running.program import Program
+from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.refinement import FineGrid
+from muscle_bayes.physics.schedule import Schedule
+from muscle_bayes.physics.springs import tensile_spring, tensile_strain
+
+
+def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
+    """sigma_hyst of side A's muscle with which it balances the load without friction."""
+    muscle = plant.side_a
+    assert isinstance(muscle, Muscle), "a slow run has its muscle on side A"
+    lever = muscle.linkage.lever(q)
+    tension = load * GRAVITY * plant.load_lever / lever
+    parameters = muscle.parameters
+    room = muscle.room_temperature
+    effective = room + muscle.heated_fraction * (temperature - room)
+    stiffness = muscle.base_length * parameters.K_modulus
+    stretch = tensile_strain(tension, stiffness, parameters.F_modulus_min)
+    return muscle.strain(q) - parameters.offset(effective) - stretch
+
+
+def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
+    """A first guess of the problem's own unknowns for runs that were not fitted, for each draw.
+
+    Zero, first reading and first speed at the centre of their priors, which the first rows inform;
+    HYST's first strain such that the rotor rests at the first reading without any friction, if
+    side A has the muscle.
+    """
+    count = len(next(iter(draws.values())))
+    result = dict(draws)
+    for name, shape in problem.layout.shapes:
+        if name not in result:
+            centre = problem.data.priors[name].loc
+            if isinstance(problem.data.priors[name], dist.LogNormal):
+                centre = jnp.exp(centre)
+            result[name] = jnp.broadcast_to(centre, (count, *shape))
+    for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
+        name = f"{regime}.hyst_force"
+        if name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
+            rest = partial(_resting_force, problem=problem, lanes=lanes, regime=regime)
+            force = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
+            result[name] = result[name].at[:, lanes.run].set(force)
+    return result
+
+
+def _resting_force(values, *, problem: Problem, lanes: Lanes, regime: str):
+    """With what HYST's spring of every lane pulls at the first row if the rotor rests there [N]."""
+    physical = physical_of(values, problem.layout, problem.data)
+    zeros = zeros_of(values, lanes, regime, cut=False)
+    start = values[f"{regime}.start"]
+
+    def one(lane: Lanes, zero: Array) -> Array:
+        plant = plant_of(lane.plant, physical, problem.layout)
+        q = lane.scale * (start[lane.run] - zero)
+        drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
+        hyst = jnp.maximum(_resting_hyst(plant, q, *drive), LEAST_SHARE * STRAIN_EPSILON)
+        return tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
+
+    return jax.vmap(one)(lanes, zeros)
+
+
+LEAST_SHARE = 0.1
+"""Least first strain of HYST, as a share of that over which its coils part."""
+SETTLING_SHARE = 0.3
+"""Share of an unfitted run that tells its own unknowns; the rest is predicted. Of three cycles nearly
+one: from heating alone, zero and first stretch of HYST cannot be told apart."""
+SETTLING_STEPS = 20
+"""Most steps to a mode."""
+SETTLED = 1e-3
+"""Move, in prior standard deviations, after which a mode counts as found."""
+
+
+def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
+    """The first `cuts` seconds of each lane: later readings do not count and are not simulated."""
+    lanes = lanes._replace(weight=jnp.where(lanes.time <= cuts[:, None], lanes.weight, 0.0))
+    nodes = int(jnp.max(jnp.sum(lanes.schedule.time <= cuts[:, None], axis=1)))
+    size = min(SIZE_STEP * (nodes // SIZE_STEP + 1), lanes.time.shape[1])
+    at_nodes, between = slice(size + 1), slice(size)
+    schedule = lanes.schedule
+    return lanes._replace(
+        fine=None if lanes.fine is None else _first_steps(lanes.fine, size),
+        schedule=Schedule(
+            time=schedule.time[:, at_nodes],
+            temperature=schedule.temperature[:, at_nodes],
+            load=schedule.load[:, between],
+            applied=schedule.applied[:, between],
+        ),
+        time=lanes.time[:, between],
+        reading=lanes.reading[:, between],
+        weight=lanes.weight[:, between],
+        coarse=lanes.coarse[:, between],
+        jolted=lanes.jolted[:, between],
+        swing=lanes.swing[:, between],
+    )
+
+
+def _first_steps(grid: FineGrid, size: int) -> FineGrid:
+    """The grid of the first `size` intervals."""
+    steps = int(jnp.max(grid.end[:, size - 1])) + 1
+    schedule = grid.schedule
+    return FineGrid(
+        Schedule(
+            time=schedule.time[:, : steps + 1],
+            temperature=schedule.temperature[:, : steps + 1],
+            load=schedule.load[:, :steps],
+            applied=schedule.applied[:, :steps],
+        ),
+        grid.middle[:, :size],
+        grid.end[:, :size],
+    )
+
+
+def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array]:
+    """Each run's own unknowns, drawn given the posterior draw and the first part of the run.
+
+    For every draw of the shared parameters: Levenberg-Marquardt to the mode of zero, first reading,
+    first speed and stretch of HYST, then a normal draw with the curvature there.
+    """
+    own = tuple(name for name, shape in problem.layout.shapes if shape)
+    if not own:
+        return dict(draws)
+    cuts = {run.name: SETTLING_SHARE * run.duration for run in problem.runs}
+    lanes = tuple(
+        _beginning(group, jnp.array([cuts[problem.runs[i].name] for i in owners]))
+        for group, owners in zip(problem.data.lanes, problem.lane_runs, strict=True)
+    )
+    data = problem.data._replace(lanes=lanes)
+    unknowns = OwnUnknowns.of(own, dict(draws), data)
+
+    def look(free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return jax.device_get(_misfit(free, dict(draws), unknowns, problem.layout, data))
+
+    mode, slope = _settle(look, np.asarray(unknowns.start), np.asarray(unknowns.spread))
+    covariance = np.linalg.inv(np.swapaxes(slope, 1, 2) @ slope)
+    kicks = jax.random.normal(jax.random.key(seed), mode.shape)
+    free = mode + np.einsum("dij,dj->di", np.linalg.cholesky(covariance), kicks)
+    return {**draws, **jax.vmap(unknowns.values)(jnp.asarray(free))}
+
+
+@partial(
+    jax.tree_util.register_dataclass,
+    data_fields=["start", "centre", "spread"],
+    meta_fields=["names", "sizes", "logarithmic"],
+)
+@dataclass(frozen=True)
+class OwnUnknowns:
+    """The runs' own unknowns as one vector, logarithms where the prior is log-normal."""
+
+    names: tuple[str, ...]
+    sizes: tuple[int, ...]
+    logarithmic: tuple[bool, ...]
+    start: Float[Array, "draw free"]
+    centre: Float[Array, " free"]
+    """Prior means."""
+    spread: Float[Array, " free"]
+    """Prior standard deviations."""
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], draws: dict[str, Array], data: Data) -> "OwnUnknowns":
+        """Of these names, starting from their values in the draws."""
+        priors = [data.priors[name] for name in names]
+        logarithmic = tuple(isinstance(prior, dist.LogNormal) for prior in priors)
+        starts = [
+            jnp.log(draws[name]) if log else draws[name]
+            for name, log in zip(names, logarithmic, strict=True)
+        ]
+        shapes = [prior.shape() for prior in priors]
+        centres, spreads = (
+            jnp.concatenate(
+                [
+                    jnp.broadcast_to(getattr(prior, key), shape)
+                    for prior, shape in zip(priors, shapes, strict=True)
+                ]
+            )
+            for key in ("loc", "scale")
+        )
+        sizes = tuple(int(shape[0]) for shape in shapes)
+        return cls(names, sizes, logarithmic, jnp.concatenate(starts, axis=1), centres, spreads)
+
+    def values(self, free: Float[Array, " free"]) -> dict[str, Array]:
+        """Sampled values from one vector."""
+        parts = jnp.split(free, np.cumsum(self.sizes)[:-1])
+        return {
+            name: jnp.exp(part) if log else part
+            for name, log, part in zip(self.names, self.logarithmic, parts, strict=True)
+        }
+
+
+@Program
+def _misfit(
+    free: Array, draws: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
+):
+    """Standardised errors of every draw, the prior's included, and their slope in its vector."""
+
+    def errors(free: Array, values: dict[str, Array]) -> tuple[Array, Array]:
+        fits = lane_fits({**values, **unknowns.values(free)}, layout, data)
+        seen = jnp.concatenate([fit.errors.ravel() for fit in fits])
+        found = jnp.concatenate([seen, (free - unknowns.centre) / unknowns.spread])
+        return found, found
+
+    def one(argument: tuple[Array, dict[str, Array]]) -> tuple[Array, Array]:
+        slope, found = jax.jacfwd(errors, has_aux=True)(*argument)
+        return found, slope
+
+    return in_batches(one, (free, draws))
+
+
+def _settle(
+    look: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    free: np.ndarray,
+    spread: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares of every draw, all draws side by side; modes and the errors' slopes there."""
+    damping = np.full(len(free), 1e-3)
+    value, slope = look(free)
+    for _ in range(SETTLING_STEPS):
+        normal = np.swapaxes(slope, 1, 2) @ slope
+        scale = np.einsum("dii->di", normal)
+        damped = normal + np.eye(free.shape[1]) * (damping[:, None] * scale)[:, None, :]
+        pull = np.einsum("dei,de->di", slope, value)
+        move = np.clip(-np.linalg.solve(damped, pull[..., None])[..., 0], -spread, spread)
+        trial_value, trial_slope = look(free + move)
+        better = np.sum(trial_value**2, axis=1) < np.sum(value**2, axis=1)
+        free = np.where(better[:, None], free + move, free)
+        value = np.where(better[:, None], trial_value, value)
+        slope = np.where(better[:, None, None], trial_slope, slope)
+        damping = np.where(better, 0.2 * damping, 10.0 * damping)
+        if np.max(np.abs(move) / spread) < SETTLED:
+            break
+    return free, slope

@@ -1,0 +1,1 @@
+"""Rows of runs on the grids that a solver works on."""

@@ -1,0 +1,291 @@
+"""From a run's rows to the arrays that a solver and a likelihood work on."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Array, Float
+from scipy.ndimage import maximum_filter1d
+
+from muscle_bayes.data.run import Run
+from muscle_bayes.inference.records.rig import has_muscle, restores
+from muscle_bayes.inference.records.thermometer import course
+from muscle_bayes.physics.schedule import Schedule
+
+SLOW_INTERVALS = 700
+"""Most intervals into which a slow run is divided for its temperature's sake."""
+TEMPERATURE_TOLERANCE = 0.02
+"""Error of temperature between nodes that the intervals of a slow run aim at, C."""
+SLOW_LONGEST = 4.0
+"""Longest interval of a slow run, s."""
+SLOW_SHORTEST = 0.25
+"""Shortest interval of a slow run, s."""
+PAUSE = 3.0
+"""Rows farther apart than this many usual distances have a gap between them."""
+JOLT, POUR = 2.0, 10.0
+"""Variance that a change of the load adds to a slow run's discrepancy, in squared quanta, and how near to
+each other jumps are parts of one change [s]."""
+AFTER_JUMP = 1e-3
+"""Length of the interval in which the rotor slides after the load has jumped, s."""
+FIRST_SECONDS = 1.0
+"""Readings of a slow run whose mean is where its rotor begins, s."""
+CURVATURE_SPAN = 0.5
+"""Instants this far apart tell how temperature bends, s."""
+FAST_BIN = 1 / 60
+"""Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
+FORCED_BIN = 1 / 200
+"""The same where an applied force is logged, which may change quickly, s."""
+FAST_LONGEST = 3.0
+"""Longest interval of a fast run, in these: a gap of the log is solved in as many as it takes."""
+FROZEN_READINGS = 20
+"""Identical readings in a row that tell of a sensor without noise; fewer come about by chance."""
+SEGMENT = 0.25
+"""Length of the segments into which a run is cut that nothing pulls back, s: short, so that the
+forces of each moment count and not the position error that accumulates."""
+
+
+class Record(NamedTuple):
+    """One run, or one segment of it, on its grid. Arrays are NumPy until they are stacked."""
+
+    schedule: Schedule
+    time: Float[Array, " interval"]
+    """When the averaged readings were taken [s after the run's first row]; of slow runs, the middle."""
+    reading: Float[Array, " interval"]
+    """Mean reading [the log's unit]."""
+    weight: Float[Array, " interval"]
+    """Number of independent readings in the mean; 0 where nothing is observed."""
+    coarse: Float[Array, " interval"]
+    """Variance of quantisation error in the mean, in squared quanta."""
+    jolted: Float[Array, " interval"]
+    """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
+    start_reading: float
+    """First reading of the record, of slow runs the mean of the first ones [the log's unit]."""
+    start_speed: float
+    """Slope of the first readings [log's unit per s]."""
+
+
+def is_slow(run: Run) -> bool:
+    """Whether the run is solved without rotor inertia: heat drives it, through a muscle.
+
+    A muscle changes over seconds to minutes, the rotor swings in fractions of a second; spring
+    and free runs without a muscle are driven by the rotor's own inertia.
+    """
+    return has_muscle(run)
+
+
+def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
+    """Mean of `values` for each owner 0..size-1; NaN where it owns none."""
+    inside = (owner >= 0) & (owner < size)
+    counts = np.bincount(owner[inside], minlength=size)
+    sums = np.bincount(owner[inside], weights=values[inside], minlength=size)
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+
+
+def _observations(
+    run: Run, owner: np.ndarray, size: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean time, mean reading, weight and quantisation variance of each interval's readings.
+
+    Readings that never change share one quantisation error, however many there are. So a mean of
+    identical readings keeps the error of a single one, and of a stretch of FROZEN_READINGS or more
+    only the middle interval counts.
+    """
+    time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
+    inside = (owner >= 0) & (owner < size)
+    rows = pd.DataFrame({"reading": reading[inside]}).groupby(owner[inside])["reading"]
+    low, high = (extreme.reindex(range(size)).to_numpy() for extreme in (rows.min(), rows.max()))
+    weight = np.bincount(owner[inside], minlength=size).astype(float)
+    frozen = (low == high) & (weight > 0)
+    coarse = np.where(frozen, 1.0, 1.0 / np.maximum(weight, 1.0)) / 12.0
+    mean_time, mean = _means(time, owner, size), _means(reading, owner, size)
+    if run.sensor.resolution > 0.0:
+        value = np.where(frozen, low, np.arange(size) + np.nan)
+        stretch = np.cumsum(np.r_[True, ~(value[1:] == value[:-1])])
+        for _, members in pd.Series(np.arange(size)).groupby(stretch):
+            if frozen[members.iloc[0]] and weight[members].sum() >= FROZEN_READINGS:
+                keep = members.iloc[len(members) // 2]
+                weight[members[members != keep]] = 0.0
+    return mean_time, np.where(weight > 0, mean, 0.0), weight, coarse
+
+
+def _start(run: Run) -> tuple[float, float]:
+    """First reading and initial slope, from the first tenth of a second (at least five rows)."""
+    time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
+    rows = max(5, int(np.searchsorted(time, 0.1)))
+    slope = np.polyfit(time[:rows], reading[:rows], 1)[0] if time.size > rows else 0.0
+    return float(reading[0]), float(slope)
+
+
+def _slow_nodes(run: Run) -> np.ndarray:
+    """Nodes such that temperature is linear between them to TEMPERATURE_TOLERANCE.
+
+    Over an interval h the chord misses a curve by |T''| h^2 / 8. So nodes crowd where heating starts
+    or ends, where friction makes the rotor turn back, and are sparse while the muscle cools.
+    """
+    time = run.table["time"].to_numpy()
+    shortest = max(SLOW_SHORTEST, float(np.median(np.diff(time))))
+    even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / CURVATURE_SPAN)) + 1)
+    bend = np.zeros(even.size)
+    for side in "ab":
+        second = course(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), even).curvature
+        # A bend is felt before and after the point at which it is measured.
+        bend = np.maximum(bend, maximum_filter1d(np.abs(second), 5))
+    wanted = np.sqrt(8.0 * TEMPERATURE_TOLERANCE / np.maximum(bend, 1e-12))
+    per_second = 1.0 / np.clip(wanted, shortest, SLOW_LONGEST)
+    count = np.concatenate([[0.0], np.cumsum(0.5 * (per_second[1:] + per_second[:-1]))])
+    count *= even[1] - even[0]
+    size = int(min(np.ceil(count[-1]), max(SLOW_INTERVALS, run.duration / SLOW_LONGEST)))
+    return np.interp(np.linspace(0.0, count[-1], size + 1), count, even)
+
+
+def _pauses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the log's gaps: an interval of which only a part was logged has no mean."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    long = np.flatnonzero(steps > max(PAUSE * usual, SLOW_SHORTEST))
+    return time[long] + 0.5 * usual, time[long + 1] - 0.5 * usual
+
+
+def _centred(
+    mean_time: np.ndarray,
+    mean: np.ndarray,
+    weight: np.ndarray,
+    coarse: np.ndarray,
+    middles: np.ndarray,
+) -> np.ndarray:
+    """Mean readings as they would be had the rows lain evenly about each interval's middle.
+
+    An interval holds few rows, and their mean time is off its middle by a part of a row: moved by
+    the slope to the neighbouring mean to which it is less steep, for a jump of the rotor is no slope.
+    Readings that never change have none.
+    """
+    told = np.flatnonzero(weight > 0)
+    if told.size < 3:
+        return mean
+    steps = np.diff(mean[told]) / np.diff(mean_time[told])
+    before, after = np.r_[steps[0], steps], np.r_[steps, steps[-1]]
+    smaller = np.sign(before) * np.minimum(np.abs(before), np.abs(after))
+    slope = np.where(before * after > 0.0, smaller, 0.0)
+    moves = (coarse[told] < 1.0 / 12.0) | (weight[told] <= 1.0)
+    moved = mean.copy()
+    moved[told] -= np.where(moves, slope * (mean_time[told] - middles[told]), 0.0)
+    return moved
+
+
+def _jolted(begins: np.ndarray, load: np.ndarray, resolution: float) -> np.ndarray:
+    """Variance that jumps of the load add to the discrepancy in each interval [log's unit^2].
+
+    A jolted rotor swings and comes to rest anywhere within friction's reach, by details that nobody
+    logs, as how water was poured. There it stays until heat drives it on.
+    """
+    jumps = np.abs(np.diff(load, prepend=load[:1]))
+    jumped = np.flatnonzero(jumps)
+    jolted = np.zeros(load.size)
+    for one in jumped:
+        near = jumped[np.abs(begins[jumped] - begins[one]) < POUR]
+        jolted[one] = JOLT * resolution**2 * jumps[one] / jumps[near].sum()
+    return jolted
+
+
+def slow_record(run: Run) -> Record:
+    """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
+    time = run.table["time"].to_numpy()
+    nodes = _slow_nodes(run)
+    jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
+    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *_pauses(time)]))
+    size = nodes.size - 1
+    owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
+    logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
+    temperature = np.stack([course(run.heat_time, one, nodes).value for one in logged], 1)
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
+    applied = _means(run.table["applied"].to_numpy(), owner, size)
+    applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
+    mean_time, mean, weight, coarse = _observations(run, owner, size)
+    mean = _centred(mean_time, mean, weight, coarse, middles)
+    jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
+    schedule = Schedule(nodes, temperature, load, applied)
+    begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
+    return Record(schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0)
+
+
+def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
+    """Nodes inside gaps, `longest` apart at most: the rotor swings on there."""
+    parts = [
+        np.linspace(begin, end, int(np.ceil((end - begin) / longest)) + 1)[1:-1]
+        for begin, end in pairwise(nodes)
+        if end - begin > longest
+    ]
+    return np.concatenate([np.zeros(0), *parts])
+
+
+def fast_record(run: Run) -> Record:
+    """Nodes at the (averaged) times of the readings, cut where the load changes, in gaps more."""
+    time = run.table["time"].to_numpy()
+    applied = run.table["applied"].to_numpy()
+    width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
+    per_bin = max(1, int(width / float(np.median(np.diff(time)))))
+    # The first row is a bin of its own: spring runs are released there.
+    owner = (np.arange(time.size) + per_bin - 1) // per_bin
+    size = int(owner[-1]) + 1
+    mean_time, mean, weight, coarse = _observations(run, owner, size)
+    jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
+    own = np.union1d(mean_time, jumps)
+    added = np.setdiff1d(np.union1d(own, _bridges(own, FAST_LONGEST * width)), mean_time)
+    order = np.argsort(np.concatenate([mean_time, added]), kind="stable")
+
+    def merged(values: np.ndarray, fill: float) -> np.ndarray:
+        return np.concatenate([values, np.full(added.size, fill)])[order]
+
+    nodes = np.concatenate([mean_time, added])[order]
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
+    # Each interval sees the mean of the force logged from one node to the next: its impulse.
+    impulse = np.concatenate([[0.0], np.cumsum(0.5 * (applied[1:] + applied[:-1]) * np.diff(time))])
+    force = np.diff(np.interp(nodes, time, impulse)) / np.diff(nodes)
+    temperature = np.stack(
+        [np.interp(nodes, run.heat_time, run.table[f"temperature_{side}"]) for side in "ab"], 1
+    )
+    schedule = Schedule(nodes, temperature, load, force)
+    first, slope = _start(run)
+    return Record(
+        schedule,
+        time=nodes[1:],
+        reading=merged(mean, 0.0)[1:],
+        weight=merged(weight, 0.0)[1:],
+        coarse=merged(coarse, 0.0)[1:],
+        jolted=np.zeros(nodes.size - 1),
+        start_reading=first,
+        start_speed=slope,
+    )
+
+
+def segments(run: Run, record: Record) -> list[Record]:
+    """The record cut into pieces of SEGMENT s, each with its own start, if nothing restores."""
+    if is_slow(run) or restores(run):
+        return [record]
+    nodes = record.schedule.time
+    pieces = max(1, round(float(nodes[-1] - nodes[0]) / SEGMENT))
+    cuts = [int(cut) for cut in np.linspace(0, nodes.size - 1, pieces + 1)]
+    result = []
+    for first, last in pairwise(cuts):
+        steps, around = slice(first, last), slice(first, last + 1)
+        schedule = Schedule(
+            nodes[around],
+            record.schedule.temperature[around],
+            record.schedule.load[steps],
+            record.schedule.applied[steps],
+        )
+        time, reading = record.time[steps], record.reading[steps]
+        near = slice(0, min(time.size, 8))
+        slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
+        weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
+        start = float(value), float(slope)
+        result.append(Record(schedule, time, reading, weight, coarse, jolted, *start))
+    return result
+
+
+def record_of(run: Run) -> Record:
+    """The run on the grid that its regime asks for."""
+    return slow_record(run) if is_slow(run) else fast_record(run)

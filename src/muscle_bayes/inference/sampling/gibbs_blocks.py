@@ -1,0 +1,170 @@
+"""The sampler's kernel: NumPyro's Gibbs of NUTS and of a slice-sampled block."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro.infer import NUTS, CustomGibbs, Gibbs
+from numpyro.infer.gibbs import GIBBS_SITES_KWARG, CustomGibbsState
+
+from muscle_bayes.inference.model.calibration_model import CalibrationModel, all_solved
+from muscle_bayes.inference.model.lane_model import LanePrediction, predictions
+from muscle_bayes.inference.model.noise import NoiseParameters
+from muscle_bayes.inference.model.problem import Data
+from muscle_bayes.inference.sampling.slice_sampling import slice_sweep
+
+MINIMUM_FORCES = ("F_modulus_min", "F_hyst_min")
+"""The springs' minimum forces. Below the least tension of the records they change nothing, above it
+nearly everything: such walls throw gradient-based samplers off."""
+
+
+class Blocks(NamedTuple):
+    """Names of the sampled sites, each in one block."""
+
+    smooth: tuple[str, ...]
+    """In which the posterior, the others given, is nearly normal."""
+    minimum_forces: tuple[str, ...]
+    noise: tuple[str, ...]
+    """Noise parameters: their density is a curved funnel, but costs no simulation."""
+
+
+def blocks_of(names: Sequence[str]) -> Blocks:
+    """The blocks of these sites."""
+    noise = tuple(name for name in names if name.rpartition(".")[2] in NoiseParameters._fields)
+    forces = tuple(name for name in names if name in MINIMUM_FORCES)
+    return Blocks(tuple(n for n in names if n not in noise + forces), forces, noise)
+
+
+class Slices(NamedTuple):
+    """How the slice-sampled block moves."""
+
+    force_width: float = 2.0
+    """First interval of a minimum force, in its logarithm."""
+    force_rounds: int = 1
+    noise_widths: tuple[float, float, float] = (0.15, 1.0, 0.6)
+    """First intervals of log total, log odds and log correlation time."""
+    noise_rounds: int = 4
+
+
+class SliceBlock(CustomGibbs):
+    """Minimum forces, with simulations, then noise parameters, on the last prediction alone.
+
+    A `CustomGibbs` whose update sees the model's arguments: compiled code then serves any data of the
+    same shapes. `update(key, own, others, data)` returns new values of its sites.
+    """
+
+    def __init__(self, update: Callable[..., Mapping[str, Array]]) -> None:
+        super().__init__(update)
+        self._update = update
+
+    def sample(self, state: CustomGibbsState, model_args: Any, model_kwargs: Any) -> Any:
+        key, key_update = jax.random.split(state.rng_key)
+        others = (model_kwargs or {}).get(GIBBS_SITES_KWARG, {})
+        return CustomGibbsState(self._update(key_update, state.z, others, *model_args), key)
+
+
+def _mixture_of(values: Mapping[str, Array], regime: str) -> Float[Array, "3"]:
+    """(log total, log odds of the discrepancy's share of variance, log correlation time).
+
+    The data show the total well and, where the discrepancy is short-lived, its share hardly: in these
+    coordinates the density is less curved than in log noise and log discrepancy. The Jacobian
+    determinant of the map is constant.
+    """
+    noise, size, time = (jnp.log(values[f"{regime}.{key}"]) for key in NoiseParameters._fields)
+    return jnp.stack([0.5 * jnp.logaddexp(2.0 * noise, 2.0 * size), 2.0 * (size - noise), time])
+
+
+def _noise_of_mixture(mixture: Float[Array, "3"], regime: str) -> dict[str, Array]:
+    """Inverse of `_mixture_of`."""
+    total, odds, time = mixture
+    noise = total + 0.5 * jax.nn.log_sigmoid(-odds)
+    size = total + 0.5 * jax.nn.log_sigmoid(odds)
+    keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
+    return {key: jnp.exp(value) for key, value in zip(keys, (noise, size, time), strict=True)}
+
+
+def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[str, Array]]:
+    """The update of `SliceBlock` for a model."""
+    layout = model.problem.layout
+    blocks = blocks_of([name for name, _ in layout.shapes])
+    regimes = tuple(dict.fromkeys(layout.regimes))
+
+    def log_prior(values: Mapping[str, Array], names: Sequence[str], data: Data) -> Array:
+        """Of positive sites, with respect to their logarithms."""
+        parts = [data.priors[name].log_prob(values[name]) + jnp.log(values[name]) for name in names]
+        return jnp.sum(jnp.stack(parts))
+
+    def log_likelihood(
+        values: Mapping[str, Array], predicted: list[LanePrediction], data: Data
+    ) -> Array:
+        pairs = model.likelihoods(values, predicted, data).values()
+        total = sum(jnp.sum(one.log_prob(readings)) for one, readings in pairs)
+        return jnp.where(all_solved(predicted), total, -jnp.inf)
+
+    def forces_at(point: Array, values: Mapping[str, Array], data: Data) -> Any:
+        moved = {**values, **dict(zip(blocks.minimum_forces, jnp.exp(point), strict=True))}
+        predicted = predictions(moved, layout, data)
+        prior = log_prior(moved, blocks.minimum_forces, data)
+        return prior + log_likelihood(moved, predicted, data), predicted
+
+    def noise_at(point: Array, values: Mapping[str, Array], predicted: Any, data: Data) -> Any:
+        moved = dict(values)
+        for regime, mixture in zip(regimes, point.reshape(-1, 3), strict=True):
+            moved |= _noise_of_mixture(mixture, regime)
+        total = log_prior(moved, blocks.noise, data) + log_likelihood(moved, predicted, data)
+        return total, ()
+
+    def update(
+        key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
+    ) -> dict[str, Array]:
+        values = {**others, **own}
+        key_forces, key_noise = jax.random.split(key)
+        if blocks.minimum_forces:
+            forces = jnp.log(jnp.stack([values[name] for name in blocks.minimum_forces]))
+            steps = jnp.tile(slices.force_width * jnp.eye(forces.size), (slices.force_rounds, 1))
+            there = slice_sweep(key_forces, lambda x: forces_at(x, values, data), forces, steps)
+            values |= dict(zip(blocks.minimum_forces, jnp.exp(there.point), strict=True))
+            predicted = there.extra
+        else:
+            predicted = predictions(values, layout, data)
+        mixtures = jnp.concatenate([_mixture_of(values, regime) for regime in regimes])
+        widths = jnp.tile(jnp.asarray(slices.noise_widths), len(regimes))
+        steps = jnp.tile(jnp.diag(widths), (slices.noise_rounds, 1))
+        here = slice_sweep(
+            key_noise, lambda x: noise_at(x, values, predicted, data), mixtures, steps
+        )
+        for regime, mixture in zip(regimes, here.point.reshape(-1, 3), strict=True):
+            values |= _noise_of_mixture(mixture, regime)
+        return {name: values[name] for name in own}
+
+    return update
+
+
+def gibbs_kernel(
+    model: CalibrationModel,
+    slices: Slices,
+    target_acceptance: float = 0.75,
+    max_tree_depth: int = 5,
+) -> Gibbs:
+    """NumPyro's kernel for a model: slices of minimum forces and noise, then NUTS over the rest.
+
+    NUTS adapts its step size, not its mass matrix, which the noise's funnel would spoil: the inverse
+    Fisher information at the mode goes into its first state.
+
+    Args:
+        model: of the runs.
+        slices: how the slice-sampled block moves.
+        target_acceptance, max_tree_depth: as `numpyro.infer.NUTS` has them.
+    """
+    blocks = blocks_of([name for name, _ in model.problem.layout.shapes])
+    nuts = NUTS(
+        model,
+        dense_mass=[blocks.smooth],
+        adapt_mass_matrix=False,
+        target_accept_prob=target_acceptance,
+        max_tree_depth=max_tree_depth,
+    )
+    sliced = SliceBlock(slice_update(model, slices))
+    return Gibbs([(sliced, blocks.minimum_forces + blocks.noise), (nuts, blocks.smooth)])

@@ -1,0 +1,1 @@
+"""The most probable point, and the evidence for a model."""

@@ -1,0 +1,184 @@
+"""What a candidate of a nested model says of every lane, as compiled programs."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from muscle_bayes.inference.model.density import LaneFit, explained
+from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.model.lane_model import (
+    Inputs,
+    LanePrediction,
+    Origin,
+    of_segment,
+    origins,
+    physical_of,
+    simulate_lane,
+    zeros_of,
+)
+from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.search.nested import Choice, log_prior_at, shared_leaves, values_at
+
+
+class Motion(NamedTuple):
+    """What the model says of a lane."""
+
+    prediction: LanePrediction
+    hyst: Float[Array, " interval"]
+    """sigma_hyst of side A; 0 of segments."""
+
+
+@lru_cache(maxsize=64)
+def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
+    """Motion of one run, differentiable in chosen leaves of the plant and in its start.
+
+    `structure` is that of Inputs. Forward mode over these few: the rest would cost as much each.
+    """
+
+    def predict(moving: tuple[Array, Array], aux: tuple[Array, Array, Lanes]) -> Motion:
+        (fixed, index, lane), (shared, own) = aux, moving
+        leaves = fixed.at[index].set(shared, mode="drop")
+        inputs = jax.tree.unflatten(structure, [*leaves, *own])
+        response = simulate_lane(inputs, lane, layout, regime)
+        prediction = LanePrediction(response.averaged, None, response.finite * 1.0)
+        return Motion(prediction, response.hyst[:, 0])
+
+    return jax.jit(with_forward_jacobian(predict))
+
+
+@lru_cache(maxsize=64)
+def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
+    """Motion of one segment, differentiable in chosen leaves of the plant."""
+
+    def predict(moving: Array, aux: tuple[Array, Array, Lanes]) -> Motion:
+        fixed, index, lane = aux
+        leaves = fixed.at[index].set(moving, mode="drop")
+        physical = jax.tree.unflatten(structure, list(leaves))
+        return Motion(of_segment(physical, lane, layout, regime), jnp.zeros_like(lane.time))
+
+    return jax.jit(with_forward_jacobian(predict))
+
+
+def motions_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> list[Motion]:
+    """Motions of every lane, one entry a group."""
+    values = values_at(point, choice, layout, data)
+    parts, shape = jax.tree.flatten(physical_of(values, layout, data))
+    leaves = jnp.stack([jnp.asarray(leaf, float) for leaf in parts])
+    index = jnp.concatenate([shared_leaves(layout), choice.leaf])
+    moving = leaves.at[index].get(mode="fill", fill_value=0.0)
+    fixed = jax.lax.stop_gradient(leaves)
+    result = []
+    for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+
+        def of_segment_(lane: Lanes, regime: str = regime) -> Motion:
+            return _segment_predictor(layout, regime, shape)(moving, (fixed, index, lane))
+
+        def of_run(lane: Lanes, origin: Origin, regime: str = regime) -> Motion:
+            physical = jax.tree.unflatten(shape, list(leaves))
+            structure = jax.tree.structure(Inputs(physical, origin))
+            both = moving, jnp.stack(jax.tree.leaves(origin))
+            return _run_predictor(layout, regime, structure)(both, (fixed, index, lane))
+
+        if cut:
+            result.append(jax.vmap(of_segment_)(lanes))
+        else:
+            result.append(jax.vmap(of_run)(lanes, origins(values, lanes, data, regime, cut)))
+    return result
+
+
+@Program
+def values_of(
+    points: Float[Array, "draw n"], choice: Choice, layout: Layout, data: Data
+) -> dict[str, Array]:
+    """Sampled values at many points."""
+
+    def one(point: Array) -> dict[str, Array]:
+        return {k: jnp.asarray(v) for k, v in values_at(point, choice, layout, data).items()}
+
+    return jax.vmap(one)(points)
+
+
+class Explained(NamedTuple):
+    """A point, judged."""
+
+    potential: Float[Array, ""]
+    """Negative log posterior density."""
+    fits: list[LaneFit]
+    residuals: list[Float[Array, "lane interval"]]
+    """Reading minus model [log's unit]."""
+    hyst: list[Float[Array, "lane interval"]]
+    """sigma_hyst of side A."""
+
+
+def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Explained:
+    values = values_at(point, choice, layout, data)
+    motions = motions_at(point, choice, layout, data)
+    predicted = [motion.prediction for motion in motions]
+    fits = explained(predicted, values, layout, data)
+    total = sum(fit.log_density.sum() for fit in fits)
+    finite = jnp.stack([fit.finite.all() for fit in fits]).all() & jnp.isfinite(total)
+    likelihood = jnp.where(finite, total, -jnp.inf)
+    residuals = [
+        lanes.reading - zeros_of(values, lanes, regime, cut)[:, None] - one.reading
+        for one, lanes, regime, cut in zip(
+            predicted, data.lanes, layout.regimes, layout.segmented, strict=True
+        )
+    ]
+    hyst = [motion.hyst for motion in motions]
+    potential = -(likelihood + log_prior_at(point, choice, layout, data))
+    return Explained(potential, fits, residuals, hyst)
+
+
+@Program
+def explained_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> Explained:
+    """How a point explains the readings."""
+    return _explained(point, choice, layout, data)
+
+
+class Slope(NamedTuple):
+    """Derivatives at a point."""
+
+    gradient: Float[Array, " n"]
+    """Of the potential."""
+    errors: list[Float[Array, "n lane interval"]]
+    """Of every standardised one-step-ahead error."""
+    scales: list[Float[Array, "n lane interval"]]
+    """Of the log of every error's standard deviation."""
+    prior: Float[Array, " n"]
+    """Diagonal of the prior's precision."""
+
+    @property
+    def finite(self) -> bool:
+        """Whether all are. Of steps that diverge, cut off by an endstop, readings are and these are not."""
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self))
+
+
+@Program
+def slope_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Slope:
+    """Derivatives of the potential and of the errors at a point, by forward mode."""
+
+    def judged(point: Array) -> tuple[Array, list[Array], list[Array]]:
+        found = _explained(point, choice, layout, data)
+        errors = [fit.errors for fit in found.fits]
+        return found.potential, errors, [fit.log_scale for fit in found.fits]
+
+    def along(direction: Array) -> tuple[Array, list[Array], list[Array]]:
+        return jax.jvp(judged, (point,), (direction,))[1]
+
+    gradient, errors, scales = jax.vmap(along)(jnp.eye(point.size))
+
+    def slope(point: Array) -> Array:
+        return jax.grad(log_prior_at)(point, choice, layout, data)
+
+    prior = -jax.jvp(slope, (point,), (jnp.ones_like(point),))[1]
+    return Slope(gradient, errors, scales, prior)
