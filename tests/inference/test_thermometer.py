@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.inference.records.thermometer import course, updates
+from muscle_bayes.inference.records.thermometer import WINDOW, course, deceleration, updates
 
 HOLD = 0.4
 
@@ -73,6 +73,20 @@ def test_a_slow_meter_has_a_longer_window():
     time = np.arange(0.0, 200.0, 2.0)
     found = course(time, 30.0 + 0.5 * 0.02 * time**2, np.array([60.0, 61.0]))
     np.testing.assert_allclose(found.curvature, 0.02, rtol=1e-6)
+
+
+def test_deceleration_is_that_of_the_turn():
+    time, values = logged(lambda t: 60.0 + 20.0 * np.sin(0.3 * t))
+    peak, dip = np.pi / 0.6, np.pi / 0.2
+    found = deceleration(time, values, np.array([peak, dip]))
+    np.testing.assert_allclose(found, [20.0 * 0.3**2, -20.0 * 0.3**2], rtol=0.1)
+
+
+def test_heating_that_starts_from_standstill_does_not_slow_down():
+    time, values = logged(lambda t: 25.0 + 3.0 * np.maximum(t - 20.0, 0.0))
+    found = deceleration(time, values, np.linspace(20.0 - WINDOW, 20.0 + WINDOW, 31))
+    assert np.abs(found).max() < 0.5
+    assert np.abs(course(time, values, np.array([20.0])).curvature) > 1.0
 
 
 def falling(seed, rate, hold=0.4, pauses=()):

@@ -31,10 +31,17 @@ class FineGrid(NamedTuple):
     """Step that ends each former interval."""
 
 
-def refined(schedule: Schedule, longest: Float[np.ndarray, " interval"], size: int = 0) -> FineGrid:
+def refined(
+    schedule: Schedule,
+    longest: Float[np.ndarray, " interval"],
+    size: int = 0,
+    deceleration: Float[np.ndarray, "node 2"] | None = None,
+) -> FineGrid:
     """The schedule of one run with steps of at most `longest` [s], an even number an interval.
 
-    Padding of no duration stays padding, and is lengthened to `size` steps. Arrays are NumPy's.
+    Between nodes the temperature is the parabola whose bend is the mean of `deceleration` at both ends
+    [C/s^2], a chord without: a chord cuts the peak at which friction leaves the rotor. Padding of no
+    duration stays padding, and is lengthened to `size` steps. Arrays are NumPy's.
     """
     node_time, temperature = np.asarray(schedule.time), np.asarray(schedule.temperature)
     durations = np.diff(node_time)
@@ -44,6 +51,9 @@ def refined(schedule: Schedule, longest: Float[np.ndarray, " interval"], size: i
     owner = np.repeat(np.arange(durations.size), counts)
     place = (np.arange(owner.size) - (last - counts)[owner] + 1) / counts[owner]
     course = temperature[owner] + place[:, None] * (temperature[owner + 1] - temperature[owner])
+    if deceleration is not None:
+        bend = 0.5 * (deceleration[1:] + deceleration[:-1])[owner]
+        course = course + 0.5 * bend * (place * (1.0 - place) * durations[owner] ** 2)[:, None]
     padding = np.zeros(total - owner.size, dtype=int)
 
     def on_nodes(first: np.ndarray, values: np.ndarray) -> np.ndarray:

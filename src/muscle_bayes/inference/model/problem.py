@@ -63,6 +63,8 @@ class Lanes(NamedTuple):
     """First reading and speed about which the response to them is taken for linear."""
     swing: Float[Array, "lane interval"]
     """What inertia adds to slow motion at the mode [log's unit]; 0 where it is not left out."""
+    deceleration: Float[Array, "lane node 2"]
+    """How temperature slows down towards a turn [C/s^2]: between nodes it is no straight line."""
     fine: FineGrid | None = None
     """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
     again: Float[Array, "lane interval"] | None = None
@@ -131,6 +133,7 @@ def _pad(record: Record, size: int) -> Record:
         weight=zeros(record.weight),
         coarse=zeros(record.coarse),
         jolted=zeros(record.jolted),
+        deceleration=last(record.deceleration),
     )
 
 
@@ -164,6 +167,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
         pivot=start,
         swing=np.zeros((len(padded), size)),
+        deceleration=np.stack([record.deceleration for record in padded]),
     )
 
 

@@ -87,7 +87,8 @@ def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
     sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
     size = _padded(max(sizes))
-    grids = [refined(one, limit, size) for one, limit in zip(schedules, longest, strict=True)]
+    parts = zip(schedules, longest, np.asarray(lanes.deceleration), strict=True)
+    grids = [refined(one, limit, size, slowing) for one, limit, slowing in parts]
     return jax.tree.map(lambda *leaves: jnp.asarray(np.stack(leaves)), *grids)
 
 

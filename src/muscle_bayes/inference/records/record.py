@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.records.rig import has_muscle, restores
-from muscle_bayes.inference.records.thermometer import course
+from muscle_bayes.inference.records.thermometer import course, deceleration
 from muscle_bayes.physics.schedule import Schedule
 
 SLOW_INTERVALS = 700
@@ -63,6 +63,8 @@ class Record(NamedTuple):
     """First reading of the record, of slow runs the mean of the first ones [the log's unit]."""
     start_speed: float
     """Slope of the first readings [log's unit per s]."""
+    deceleration: Float[Array, "node 2"]
+    """How heating or cooling of both sides slows down towards a turn [C/s^2]; 0 of fast runs."""
 
 
 def is_slow(run: Run) -> bool:
@@ -206,8 +208,11 @@ def slow_record(run: Run) -> Record:
     mean = _centred(mean_time, mean, weight, coarse, middles)
     jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
     schedule = Schedule(nodes, temperature, load, applied)
+    slowing = np.stack([deceleration(run.heat_time, one, nodes) for one in logged], 1)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
-    return Record(schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0)
+    return Record(
+        schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0, slowing
+    )
 
 
 def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
@@ -258,6 +263,7 @@ def fast_record(run: Run) -> Record:
         jolted=np.zeros(nodes.size - 1),
         start_reading=first,
         start_speed=slope,
+        deceleration=np.zeros_like(temperature),
     )
 
 
@@ -282,7 +288,8 @@ def segments(run: Run, record: Record) -> list[Record]:
         slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
         weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
         start = float(value), float(slope)
-        result.append(Record(schedule, time, reading, weight, coarse, jolted, *start))
+        slowing = record.deceleration[around]
+        result.append(Record(schedule, time, reading, weight, coarse, jolted, *start, slowing))
     return result
 
 

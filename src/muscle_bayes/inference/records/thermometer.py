@@ -103,3 +103,15 @@ def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
         np.where(tells, rate / width, slope),
         np.where(tells, 2.0 * half_curvature / width**2, 0.0),
     )
+
+
+def deceleration(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How heating or cooling slows down towards a turn [C/s^2], with the sign of the rate.
+
+    -curvature where it opposes the rate of one WINDOW ago, at most that rate per WINDOW (so that a
+    kink after standstill does not count); else zero.
+    """
+    incoming = course(time, values, np.maximum(at - WINDOW, time[0])).rate
+    slowing = -course(time, values, at).curvature
+    size = np.minimum(np.abs(slowing), np.abs(incoming) / WINDOW)
+    return np.where(incoming * slowing > 0.0, np.sign(incoming) * size, 0.0)
