@@ -158,7 +158,7 @@ def test_a_solver_of_ours_is_one_of_diffrax():
 def test_quasi_static_alone_says_that_it_must_know_its_plant():
     made = muscle_plant()
     drive = schedule([0.0, 1.0])
-    with pytest.raises(ValueError, match=r"endstops and muscles\. Mend: use `simulate`"):
+    with pytest.raises(ValueError, match=r"endstops and muscles\. Fix: use `simulate`"):
         QuasiStatic().init(made.terms(), 0.0, 1.0, initial_state(made, drive), drive)
 
 

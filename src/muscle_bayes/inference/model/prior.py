@@ -52,7 +52,7 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
 
     J spans four decades around a hand-sized rotor, or around the mass whose weight would drive a
     carriage; dry friction is some share of what drives the rotor, or linear friction some share of
-    that per unit of speed. Slow runs show J only by how far the rotor overshoots its rest.
+    that per unit of speed. Quasi-static runs say nothing of J.
     """
     linear = any(run.metadata.fixture.motion == "linear" for run in runs)
     unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)

@@ -60,7 +60,7 @@ class QuasiStatic(PlantSolver):
     def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
         if self.stops is None or self.relaxing is None:
             raise ValueError(
-                "QuasiStatic must know the plant's endstops and muscles. Mend: use `simulate`, or "
+                "QuasiStatic must know the plant's endstops and muscles. Fix: use `simulate`, or "
                 "QuasiStatic().for_plant(plant)"
             )
         return super().init(terms, t0, t1, y0, args)
