@@ -9,12 +9,12 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from muscle_bayes.cli.progress import fit_progress
 from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.sampling.fit import QUICK, fit
+from muscle_bayes.progress import shown_progress
 from muscle_bayes.twin import EFFECTS, simulate
 from muscle_bayes.twin.shipped import SEED, shipped_runs
 
@@ -33,7 +33,7 @@ def main(folder: Path) -> None:
                 write_run(Path(runs), name, run.log, run.metadata)
         read = read_runs([Path(runs)])
     for name, effects in (("hidden", (HIDDEN,)), ("hidden-unseen", ())):
-        with fit_progress(name) as report:
+        with shown_progress() as report:
             posterior = fit(read, "coulomb", effects, effort=QUICK, given=given, report=report)
         posterior.save(folder / f"{name}.nc")
         print(name, "converged" if posterior.converged else posterior.complaints)

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from muscle_bayes.cli.progress import fit_progress
 from muscle_bayes.criticism.compare import compare
 from muscle_bayes.data import read_run, read_runs
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predictive import predict_runs
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.sampling.fit import QUICK, fit
+from muscle_bayes.progress import shown_progress
 
 PAGE = Path(__file__).parents[1] / "docs" / "real-rigs.md"
 KEPT = Path(__file__).parents[1] / "reports" / "posteriors"
@@ -56,7 +56,7 @@ EMPS = (
 
 def fitted(name: str, runs: Any, effects: tuple[str, ...]) -> Posterior:
     """The posterior, kept for a look at it later."""
-    with fit_progress(name) as report:
+    with shown_progress() as report:
         posterior = fit(runs, "coulomb", effects, effort=QUICK, report=report)
     posterior.save(KEPT / f"{name}.nc")
     return posterior

@@ -1,30 +1,24 @@
 """Write the table of effects in docs/model.md: from what each effect says of itself."""
 
-import inspect
-import re
-import sys
 from pathlib import Path
 
-from muscle_bayes.physics.effects import CATALOGUE, AnyEffectType
+from muscle_bayes.report.effect_text import EffectText, catalogue
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "model.md"
 BEGIN, END = "<!-- effects: begin -->\n", "<!-- effects: end -->\n"
 
 
-def row(name: str, effect: AnyEffectType) -> str:
+def row(one: EffectText) -> str:
     """One effect's line."""
-    what = (sys.modules[effect.__module__].__doc__ or "").strip().rstrip(".")
-    equation, _, rest = (inspect.getdoc(effect) or "").partition("\n\n")
-    source = re.sub(r"\s+", " ", rest.partition("Source: ")[2]).strip().rstrip(".")
-    parameters = ", ".join(f"{key} [{one.unit}]" for key, one in effect.parameters.items())
-    equation = re.sub(r"\s+", " ", equation).replace("|", "\\|")
-    return f"| `{name}` | {effect.port} | {what}: {equation} | {parameters} | {source} |"
+    parameters = ", ".join(f"{name} [{unit}]" for name, unit, _ in one.parameters)
+    equation = one.equation.replace("|", "\\|")
+    return f"| `{one.name}` | {one.port} | {one.what}: {equation} | {parameters} | {one.source} |"
 
 
 def table() -> str:
     """The Markdown between the two marks."""
     head = "| effect | port | what it does | parameters | source |\n|---|---|---|---|---|\n"
-    return head + "".join(f"{row(name, CATALOGUE[name])}\n" for name in sorted(CATALOGUE))
+    return head + "".join(f"{row(one)}\n" for one in catalogue())
 
 
 def document(text: str) -> str:

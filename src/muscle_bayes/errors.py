@@ -1,5 +1,14 @@
-"""Errors that are the user's to mend: shown as a message, never as a traceback."""
+"""Errors that users can fix: shown as a message, never as a traceback."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 
 class MuscleBayesError(Exception):
     """What was wrong, where (file, row, column, key) and what to do, in one message."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A question that begins with a space, naming the known name nearest to `name`; or nothing."""
+    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f" Did you mean {near[0]!r}?" if near else ""

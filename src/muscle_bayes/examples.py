@@ -5,7 +5,7 @@ from pathlib import Path
 
 from muscle_bayes.data.reader import read_runs
 from muscle_bayes.data.run import Run
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 
 GROUPS = {"springs": "spring-*.csv", "staircases": "staircase-*.csv", "sawtooth": "sawtooth.csv"}
 """Files of each example."""
@@ -38,8 +38,11 @@ def load_example(name: str) -> list[Run]:
         return read_runs(sorted(folder.glob(GROUPS[name])))
     single = sorted(path.stem for path in folder.glob("*.csv"))
     if name not in single:
-        known = ", ".join([*GROUPS, *(one for one in single if one not in GROUPS)])
-        raise MuscleBayesError(f"there is no example {name!r}. Fix: choose one of {known}.")
+        known = [*GROUPS, *(one for one in single if one not in GROUPS)]
+        raise MuscleBayesError(
+            f"there is no example {name!r}.{did_you_mean(name, known)} Fix: choose one of "
+            f"{', '.join(known)}."
+        )
     return read_runs([folder / f"{name}.csv"])
 
 

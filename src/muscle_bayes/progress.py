@@ -1,4 +1,4 @@
-"""Progress of long computations that are called from Python."""
+"""Progress of long computations: bars in a terminal and in Jupyter, else plain lines."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -7,23 +7,31 @@ from importlib.util import find_spec
 from time import monotonic
 
 Report = Callable[[str, int, int], None]
-"""Called with a stage's name, how much of it is done, and how much there is in all."""
+"""Called with a stage, how much of it is done, and how much there is in all.
+
+What follows "; " in the stage is a note that may change, such as "sampling; 2 divergences".
+"""
 
 INTERVAL = 10.0
 """Least time between two lines on one stage, s."""
+COUNTED = {"searching": "starts", "sampling": "draws of each chain"}
+"""What is counted in a stage."""
 
 
 @contextmanager
 def shown_progress(shown: bool = True) -> Iterator[Report]:
     """Show each stage, how much of it is done and the time to go, on stderr.
 
-    Bars in a terminal and in Jupyter with ipywidgets, else lines of text.
-
     Args:
         shown: whether to show anything.
 
     Yields:
         The function to report to: `report(stage, done, total)`.
+
+    Example:
+        >>> from muscle_bayes.progress import shown_progress
+        >>> with shown_progress(False) as report:
+        ...     report("sampling; no divergences", 100, 400)
     """
     if not shown:
         yield lambda stage, done, total: None
@@ -37,6 +45,11 @@ def shown_progress(shown: bool = True) -> Iterator[Report]:
     else:
         # In Jupyter, stderr is shown as if something were wrong.
         yield _Lines(sys.stdout if console.is_jupyter else sys.stderr)
+
+
+def shares(report: Report, stage: str) -> Callable[[float], None]:
+    """A function that takes the share of a stage that is done, and reports it in percent."""
+    return lambda share: report(f"{stage} (%)", round(100.0 * share), 100)
 
 
 @contextmanager
@@ -53,19 +66,21 @@ def _bars(console) -> Iterator[Report]:
 
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(),
+        BarColumn(bar_width=24),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TextColumn("to go"),
         TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
     )
     with Progress(*columns, console=console) as bars:
         tasks: dict[str, TaskID] = {}
 
-        def report(stage: str, done: int, total: int) -> None:
+        def report(what: str, done: int, total: int) -> None:
+            stage, _, note = what.partition("; ")
             if stage not in tasks:
-                tasks[stage] = bars.add_task(_named(stage), total=total)
-            bars.update(tasks[stage], completed=done, total=total)
+                tasks[stage] = bars.add_task(_named(stage), total=total, note=note)
+            bars.update(tasks[stage], completed=done, total=total, note=note)
 
         yield report
 
@@ -77,24 +92,24 @@ class _Lines:
         self._out = out
         self._stage, self._begun, self._last = "", 0.0, 0.0
 
-    def __call__(self, stage: str, done: int, total: int) -> None:
+    def __call__(self, what: str, done: int, total: int) -> None:
         now = monotonic()
+        stage, _, note = what.partition("; ")
         if stage != self._stage:
             self._stage, self._begun = stage, now
         elif done < total and now - self._last < INTERVAL:
             return
         self._last = now
-        print(f"{_named(stage)}: {done} of {total}{self._time(done, total)}", file=self._out)
-        self._out.flush()
+        told = [f"{_named(stage)}: {done} of {total}", note, self._time(done, total)]
+        print(", ".join(filter(None, told)), file=self._out, flush=True)
 
     def _time(self, done: int, total: int) -> str:
         spent = monotonic() - self._begun
         if done >= total:
-            return f", {spent:.0f} s"
-        return f", about {spent * (total - done) / done:.0f} s to go" if done and spent > 1 else ""
+            return f"{spent:.0f} s"
+        return f"about {spent * (total - done) / done:.0f} s to go" if done and spent > 1 else ""
 
 
 def _named(stage: str) -> str:
     """The stage with what is counted in it."""
-    counted = {"searching": "starts", "sampling": "draws of each chain"}
-    return f"{stage} ({counted[stage]})" if stage in counted else stage
+    return f"{stage} ({COUNTED[stage]})" if stage in COUNTED else stage

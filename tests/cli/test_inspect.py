@@ -12,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
-from muscle_bayes.cli.common import guarded, write_json
+from muscle_bayes.cli.common import user_errors, write_json
 from muscle_bayes.data import (
     HEADER,
     Fixture,
@@ -142,8 +142,8 @@ def test_interrupted():
     def command() -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(typer.Exit) as caught:
-        guarded(command)()
+    with pytest.raises(typer.Exit) as caught, user_errors():
+        command()
     assert caught.value.exit_code == 130
 
 

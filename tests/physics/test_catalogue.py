@@ -62,8 +62,12 @@ def test_the_twin_can_hide_every_effect_with_the_same_parameters():
 
 
 def test_an_unknown_name_is_told_what_there_is():
-    with pytest.raises(MuscleBayesError, match=r"'magic' is not in the catalogue; .*coil-contact"):
+    with pytest.raises(
+        MuscleBayesError, match=r"'magic' is not in the catalogue. Fix: .*coil-contact"
+    ):
         effect_type("magic")
+    with pytest.raises(MuscleBayesError, match="Did you mean 'coil-contact'"):
+        effect_type("coil-contct")
 
 
 @each

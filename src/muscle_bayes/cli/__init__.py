@@ -1,6 +1,7 @@
 """The command line. Each command is a module of its own; heavy imports wait inside the commands."""
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Final
 
 import typer
 
@@ -8,8 +9,10 @@ from muscle_bayes.cli.bench_test import bench_test
 from muscle_bayes.cli.calibrate import calibrate
 from muscle_bayes.cli.calibrate_heaters import calibrate_heaters
 from muscle_bayes.cli.check import check
-from muscle_bayes.cli.common import guarded
+from muscle_bayes.cli.common import EXIT_CODES, Commands
+from muscle_bayes.cli.demo import demo
 from muscle_bayes.cli.discover import discover
+from muscle_bayes.cli.effects import effects
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.flash import flash
 from muscle_bayes.cli.init import init
@@ -18,6 +21,7 @@ from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
 from muscle_bayes.cli.sbc import sbc
 from muscle_bayes.cli.sequence import sequence
+from muscle_bayes.cli.show import show
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
 from muscle_bayes.cli.trial import trial
@@ -26,11 +30,22 @@ from muscle_bayes.compiled import keep_compiled_code
 
 app = typer.Typer(
     name="muscle-bayes",
+    cls=Commands,
     help="Bayesian calibration of coiled-nylon artificial muscles and of the rigs that test them.",
+    epilog=f"`muscle-bayes COMMAND --help` shows examples.\n\n{EXIT_CODES}",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
+    "Begin": (demo, study),
+    "Calibrate": (init, inspect, fit, show, check),
+    "Discover": (effects, discover),
+    "Control": (tune, robustness),
+    "Bench": (flash, calibrate, calibrate_heaters, sequence, record),
+    "Checks of the method": (simulate, sbc, trial, bench_test),
+}
+"""Commands as the help lists them."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -51,23 +66,9 @@ def _root(
     pass
 
 
-app.command("init")(guarded(init))
-app.command("inspect")(guarded(inspect))
-app.command("fit")(guarded(fit))
-app.command("check")(guarded(check))
-app.command("discover")(guarded(discover))
-app.command("simulate")(guarded(simulate))
-app.command("sequence")(guarded(sequence))
-app.command("calibrate")(guarded(calibrate))
-app.command("calibrate-heaters")(guarded(calibrate_heaters))
-app.command("flash")(guarded(flash))
-app.command("record")(guarded(record))
-app.command("bench-test")(guarded(bench_test))
-app.command("robustness")(guarded(robustness))
-app.command("tune")(guarded(tune))
-app.command("sbc")(guarded(sbc))
-app.command("trial")(guarded(trial))
-app.command("study")(guarded(study))
+for _group, _commands in GROUPS.items():
+    for _command in _commands:
+        app.command(_command.__name__.replace("_", "-"), rich_help_panel=_group)(_command)
 
 
 def main() -> None:

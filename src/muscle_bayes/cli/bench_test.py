@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, write_json
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.simulation.overheating import Outcome as Overheating
@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from muscle_bayes.bench.trials.failures import Outcome
     from muscle_bayes.bench.trials.fuzz import FuzzReport
     from muscle_bayes.bench.trials.streaming import StreamReport
-
-EXIT_FAILED = 1
 
 
 def bench_test(
@@ -41,37 +39,42 @@ def bench_test(
 ) -> None:
     """Try the firmware in simavr, in virtual time: failures, random commands, long sampling.
 
-    Exits with 1 where a heater stays on for more than 0.5 s, a tube gets hotter by a stuck meter than
-    it may, or hotter than 120 C whatever its sensor shows, a heater heats what was not asked for, or a
+    Exits with 1 if a heater stays on for more than 0.5 s after a failure, or heats without being
+    asked. Also if a tube gets hotter than a stuck meter may make it, or hotter than 120 C, or if a
     sample is lost.
+
+    Examples:
+        muscle-bayes bench-test
+        muscle-bayes bench-test --failures 24 --stuck 6 --overheating 2 --fuzz 10000 --minutes 1
     """
     from muscle_bayes.bench.simulation.overheating import run_all as overheat_all
     from muscle_bayes.bench.simulation.stuck_meter import stick_all
     from muscle_bayes.bench.trials.failures import inject_all
     from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
     from muscle_bayes.bench.trials.streaming import stream
+    from muscle_bayes.progress import shares, shown_progress
 
     report: dict[str, Any] = {"seed": seed}
     passed = []
-    with _Progress() as progress:
+    with shown_progress() as progress:
         if failures:
-            outcomes = inject_all(failures, seed, progress.bar("failures"))
+            outcomes = inject_all(failures, seed, shares(progress, "failures"))
             passed.append(_tell_failures(outcomes))
             report["failures"] = [asdict(outcome) for outcome in outcomes]
         if stuck:
-            sticking = stick_all(stuck, seed, progress.bar("stuck meters"))
+            sticking = stick_all(stuck, seed, shares(progress, "stuck meters"))
             passed.append(_tell_stuck(sticking))
             report["stuck"] = [asdict(outcome) for outcome in sticking]
         if overheating:
-            heated = overheat_all(overheating, seed, progress.bar("overheating"))
+            heated = overheat_all(overheating, seed, shares(progress, "overheating"))
             passed.append(_tell_overheating(heated))
             report["overheating"] = [asdict(outcome) for outcome in heated]
         if fuzz:
-            fuzzed = fuzz_board(fuzz, seed, progress.bar("random commands"))
+            fuzzed = fuzz_board(fuzz, seed, shares(progress, "random commands"))
             passed.append(_tell_fuzz(fuzzed))
             report["fuzz"] = asdict(fuzzed)
         if minutes:
-            streamed = stream(60.0 * minutes, seed, progress.bar("sampling"))
+            streamed = stream(60.0 * minutes, seed, shares(progress, "sampling"))
             passed.append(_tell_stream(streamed))
             report["stream"] = asdict(streamed)
     report["passed"] = all(passed)
@@ -168,23 +171,3 @@ def _tell_stream(report: "StreamReport") -> bool:
         f"{1e3 * report.latency_99:.1f} ms 99 %, {1e3 * report.latency_most:.1f} ms at most"
     )
     return report.lost == 0
-
-
-class _Progress:
-    """A bar per trial on a terminal, nothing elsewhere."""
-
-    def __enter__(self) -> "_Progress":
-        from rich.console import Console
-        from rich.progress import Progress
-
-        self._bars = Progress(console=Console(stderr=True), transient=True)
-        self._bars.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bars.stop()
-
-    def bar(self, name: str) -> Any:
-        """A function that is told the share that is done."""
-        task = self._bars.add_task(name, total=1.0)
-        return lambda share: self._bars.update(task, completed=share)

@@ -52,6 +52,10 @@ def calibrate(
 
     Begin away from the endstops and hold the rotor at each for about a second. Prints the table
     [potentiometer] for NAME.toml or a rig's file. No heater is on.
+
+    Examples:
+        muscle-bayes calibrate --stops -1.2 1.2
+        muscle-bayes calibrate --simulate
     """
     from muscle_bayes.bench.calibration import calibrate as calibrate_from
 

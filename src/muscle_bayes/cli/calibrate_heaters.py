@@ -32,9 +32,13 @@ def calibrate_heaters(
 ) -> None:
     """Measure how fast each heater tube warms and cools, and store it on the heater board.
 
-    Needed once for each tube, and again where tube, heater or 12 V supply have changed: by it the
+    Needed once for each tube, and again after a change of tube, heater or 12 V supply. With it the
     board knows how hot a tube may be, whatever its thermocouple shows. Every tube gets 15 s of heat
     and is followed for 90 s as it cools. Stay beside it.
+
+    Examples:
+        muscle-bayes calibrate-heaters --room 22
+        muscle-bayes calibrate-heaters --side a --simulate
     """
     from muscle_bayes.bench.tube_calibration import calibrate_tube
 

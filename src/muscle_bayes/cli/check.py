@@ -5,13 +5,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    JsonOption,
+    SeedOption,
+    print_place,
+    writable_folder,
+    write_json,
+)
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
-from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED
-from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from rich.console import Console
 
     from muscle_bayes.criticism.coverage import RunCheck
@@ -29,15 +33,21 @@ def check(
         typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
     ],
     json: JsonOption = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the figures.")] = _FIGURES,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the figures.")
+    ] = _FIGURES,
     device: DeviceOption = Device.cpu,
     seed: SeedOption = 0,
 ) -> None:
-    """Predict RUN..., fitted or not, and tell how well the predictions agree with them.
+    """Predict RUN..., fitted or not, and measure how well the predictions agree with the readings.
 
     For each run: RMSE of the mean model, share of readings within the central 50 and 90 % of the
     predictions, and creep while cold after heating. Exits with 1 if the posterior has not
     converged.
+
+    Examples:
+        muscle-bayes check muscle.nc data/sawtooth.csv
+        muscle-bayes check fixture.nc data/spring-*.csv --out reports/check --json check.json
     """
     from rich.console import Console
 
@@ -46,32 +56,37 @@ def check(
     from muscle_bayes.data import read_runs
     from muscle_bayes.inference.posteriors.posterior import Posterior
     from muscle_bayes.inference.posteriors.predictive import predict_runs
-    from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
+    from muscle_bayes.progress import shown_progress
+    from muscle_bayes.report.drift_figure import drift_figure
+    from muscle_bayes.report.predictive_figures import predictive_figure
+    from muscle_bayes.report.style import save
 
     compute_on(device)
     fitted = Posterior.load(posterior)
     loaded = read_runs(runs)
     origins = {run.name: run.metadata.origin for run in loaded}
     console = Console()
-    with console.status("predicting"):
+    with shown_progress() as report:
+        report("predicting", 0, 1)
         predictions = predict_runs(fitted, loaded, seed=seed)
+        report("predicting", 1, 1)
     checks: dict[str, RunCheck] = {}
     drifts: dict[str, Drift] = {}
     for one in predictions:
         checks[one.run], drifts[one.run] = check_run(one), drift_of(one, seed)
         figure = predictive_figure(one, checks[one.run], origins[one.run])
-        _save(figure, out / f"{one.run}.png")
+        save(figure, out / f"{one.run}.png")
         if drifts[one.run].phases:
             figure = drift_figure(one, drifts[one.run], origins[one.run])
-            _save(figure, out / f"{one.run}-drift.png")
+            save(figure, out / f"{one.run}-drift.png")
     _show(console, checks, drifts)
-    console.print(f"figures: {out}", soft_wrap=True, markup=False, highlight=False)
     if json is not None:
         write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
+    print_place("figures", out)
     if not fitted.converged:
         warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)
         console.print(warning, style="bold red", markup=False, highlight=False)
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+        raise typer.Exit(EXIT_FAILED)
 
 
 def _as_dict(converged: bool, complaints: tuple[str, ...], checks, drifts, seed) -> dict[str, Any]:
@@ -82,18 +97,6 @@ def _as_dict(converged: bool, complaints: tuple[str, ...], checks, drifts, seed)
         "complaints": list(complaints),
         "seed": seed,
     }
-
-
-def _save(figure: "Figure", target: Path) -> None:
-    from muscle_bayes.report.style import save
-
-    try:
-        save(figure, target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Fix: give another --out."
-        ) from None
 
 
 def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "Drift"]) -> None:

@@ -1,23 +1,74 @@
-"""What the commands share: options and the end of a failed command."""
+"""What the commands share: options, tests of where results go, and the end of a failed command."""
 
-import functools
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import errno
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
+from rich.markup import escape
+from typer.core import TyperGroup
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.json_file import write_json as write_json
 
+EXIT_FAILED: Final = 1
+"""Not converged, not explained, or a test that failed."""
 EXIT_USER_ERROR: Final = 2
 EXIT_INTERRUPTED: Final = 130
+EXIT_CODES: Final = (
+    "Exit codes: 0 fine; 1 not converged, not explained or failed; 2 wrong input; 130 interrupted."
+)
+
+
+def writable_file(option: typer.CallbackParam, value: Path | None) -> Path | None:
+    """Callback of an option that names a file to be written: tested before anything is computed."""
+    if value is not None:
+        if value.is_dir():
+            raise _unwritable(option, value, "it is a folder", "name a file")
+        _try_to_write(option, value, value.parent)
+        if value.exists() and not os.access(value, os.W_OK):
+            raise _unwritable(option, value, os.strerror(errno.EACCES), "name another")
+    return value
+
+
+def writable_folder(option: typer.CallbackParam, value: Path | None) -> Path | None:
+    """Callback of an option that names a folder to be filled: tested before anything is computed."""
+    if value is not None:
+        _try_to_write(option, value, value)
+    return value
+
+
+def _try_to_write(option: typer.CallbackParam, value: Path, folder: Path) -> None:
+    """Write and remove a file in the nearest folder that exists."""
+    try:
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise _unwritable(option, value, error.strerror or str(error), "name another") from None
+
+
+def _unwritable(
+    option: typer.CallbackParam, value: Path, reason: str, fix: str
+) -> MuscleBayesError:
+    flag = option.opts[0]
+    return MuscleBayesError(f"{flag} {value}: cannot be written: {reason}. Fix: {fix}.")
+
 
 JsonOption = Annotated[
-    Path | None, typer.Option("--json", metavar="FILE", help="Also write the result as JSON.")
+    Path | None,
+    typer.Option(
+        "--json", metavar="FILE", callback=writable_file, help="Also write the result as JSON."
+    ),
 ]
-SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, metavar="N", help="Seed of the random numbers.")
+]
 
 
 def print_error(error: MuscleBayesError) -> None:
@@ -29,25 +80,47 @@ def print_error(error: MuscleBayesError) -> None:
     )
 
 
+def print_place(what: str, place: Path) -> None:
+    """Say where a result lies; long paths stay in one piece."""
+    typer.echo(f"{what}: {place}")
+
+
 @contextmanager
 def user_errors() -> Iterator[None]:
-    """End the command with a message and exit code 2 on errors that are the user's to mend."""
+    """End the command with one message: code 2 for wrong input, 130 when interrupted."""
     try:
         yield
     except MuscleBayesError as error:
         print_error(error)
         raise typer.Exit(EXIT_USER_ERROR) from None
-    except KeyboardInterrupt:
-        typer.echo("Interrupted.", err=True)
+    except OSError as error:
+        if error.filename is None or error.errno == errno.EPIPE:
+            raise
+        reason = error.strerror or str(error)
+        print_error(MuscleBayesError(f"{error.filename}: {reason}. Fix: see that it can be used."))
+        raise typer.Exit(EXIT_USER_ERROR) from None
+    except (KeyboardInterrupt, typer.Abort):
+        with suppress(OSError):
+            typer.echo("Interrupted.", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
-def guarded[**P, R](command: Callable[P, R]) -> Callable[P, R]:
-    """A command that runs under `user_errors`."""
+class Commands(TyperGroup):
+    """All commands: each shows examples and exit codes in its help, and fails with one message."""
 
-    @functools.wraps(command)
-    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        for command in self.commands.values():
+            about, _, examples = (command.help or "").partition("Examples:\n")
+            paragraphs = [" ".join(one.split()) for one in about.strip().split("\n\n")]
+            command.help = escape("\n\n".join(paragraphs))
+            shown = [f"  {line.strip()}" for line in examples.splitlines() if line.strip()]
+            command.epilog = escape("\n".join(["Examples:", *shown]) + f"\n\n{EXIT_CODES}")
+            for option in command.params:
+                if text := getattr(option, "help", None):
+                    option.help = escape(text)  # type: ignore[attr-defined]
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run a command under `user_errors`, reading its options included."""
         with user_errors():
-            return command(*args, **kwargs)
-
-    return run
+            return super().invoke(ctx)  # type: ignore[arg-type]

@@ -26,6 +26,7 @@ def compute_on(device: Device) -> None:
 
     Raises MuscleBayesError where JAX finds no such device.
     """
+    typer.echo(f"starting JAX on the {device.value} ...", err=True)
     import jax
 
     jax.config.update("jax_platforms", "cpu" if device is Device.cpu else None)

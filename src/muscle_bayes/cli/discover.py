@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_folder, write_json
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import (
-    EXIT_NOT_CONVERGED,
     EffectOption,
     FrictionChoice,
     FrictionOption,
@@ -25,7 +24,12 @@ def discover(
         typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
     ],
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Figures, summary and the final posterior go here.")
+        Path,
+        typer.Option(
+            metavar="DIR",
+            callback=writable_folder,
+            help="Figures, summary and the final posterior go here.",
+        ),
     ] = Path("reports/discovery"),
     hold_out: Annotated[
         list[str] | None,
@@ -40,25 +44,29 @@ def discover(
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Find where the model of RUN... disagrees with them, name the missing effect, add it.
+    """Find where the model of RUN... disagrees with them, name the missing effect, and add it.
 
-    Says "none" where nothing is missing, "unknown" where no effect that has a name explains what
-    is, and which effects tie. The revised model is then fitted in full. Exits with 1 if that fit has
-    not converged.
+    Says "none" where nothing is missing, and "unknown" where no named effect explains the misfit.
+    It also names effects that the data cannot distinguish. The revised model is then fitted in full.
+    Exits with 1 if that fit has not converged.
+
+    Examples:
+        muscle-bayes discover data/staircase-*.csv data/sawtooth.csv --hold-out sawtooth
+        muscle-bayes discover runs --out reports/discovery --preset full
     """
     from rich.console import Console
 
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.data import read_runs
     from muscle_bayes.discovery.discover import discover as search
     from muscle_bayes.discovery.summary import summary
     from muscle_bayes.inference.sampling.fit import EFFORTS, fit
+    from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.discovery_figures import write_figures
 
     compute_on(device)
     loaded = read_runs(runs)
     held = tuple(hold_out or ())
-    with fit_progress("discover") as report:
+    with shown_progress() as report:
         found = search(
             loaded,
             hold_out=held,
@@ -77,7 +85,7 @@ def discover(
         write_json(json, found.as_dict())
     console = Console(emoji=False)
     _show(console, found, out)
-    with fit_progress("revised model") as report:
+    with shown_progress() as report:
         posterior = fit(
             [run for run in loaded if run.name not in held],
             friction.value,
@@ -90,7 +98,7 @@ def discover(
     if not posterior.converged:
         reasons = "; ".join(posterior.complaints)
         console.print(f"revised model NOT CONVERGED: {reasons}", style="bold red")
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+        raise typer.Exit(EXIT_FAILED)
 
 
 def _show(console, found: "Discovery", out: Path) -> None:

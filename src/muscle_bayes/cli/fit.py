@@ -7,10 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_file, write_json
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
-
-EXIT_NOT_CONVERGED = 1
 
 
 class FrictionChoice(StrEnum):
@@ -48,7 +46,12 @@ def fit(
         list[Path],
         typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
     ],
-    out: Annotated[Path, typer.Option(metavar="POSTERIOR.nc", help="Where the posterior goes.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="POSTERIOR.nc", callback=writable_file, help="Where the posterior goes."
+        ),
+    ],
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
     given: GivenOption = None,
@@ -69,15 +72,19 @@ def fit(
 ) -> None:
     """Estimate everything that is unknown about RUN... and write the posterior.
 
-    Which parameters are fitted follows from the runs: J and D from spring and free runs, the nine
-    muscle parameters where a muscle is heated. Exits with 1 if the chains have not converged.
+    The runs decide which parameters are estimated. Spring and free runs identify J and D; heated
+    runs identify the muscle's nine. Exits with 1 if the chains have not converged.
+
+    Examples:
+        muscle-bayes fit data/spring-*.csv --out fixture.nc
+        muscle-bayes fit data/staircase-*.csv --given fixture.nc --out muscle.nc
     """
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.data import find_runs, read_runs, recording_of, without_broken_off
     from muscle_bayes.inference.posteriors.posterior import Posterior
     from muscle_bayes.inference.posteriors.summary import summarise
     from muscle_bayes.inference.sampling.fit import EFFORTS
     from muscle_bayes.inference.sampling.fit import fit as fit_runs
+    from muscle_bayes.progress import shown_progress
 
     compute_on(device)
     logs = find_runs(runs)
@@ -92,7 +99,7 @@ def fit(
     if until is not None:
         loaded = [run.until(until) for run in loaded]
     known = None if given is None else Posterior.load(given)
-    with fit_progress(out.stem) as report:
+    with shown_progress() as report:
         posterior = fit_runs(
             loaded,
             friction.value,
@@ -104,14 +111,14 @@ def fit(
         )
     posterior.save(out)
     summary = summarise(posterior)
-    show(summary)
+    print_summary(summary)
     if json is not None:
         write_json(json, summary)
     if not posterior.converged:
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+        raise typer.Exit(EXIT_FAILED)
 
 
-def show(summary: dict[str, Any]) -> None:
+def print_summary(summary: dict[str, Any]) -> None:
     """Print a summary's tables."""
     from rich.console import Console
     from rich.table import Table

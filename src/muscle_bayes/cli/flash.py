@@ -24,7 +24,11 @@ def flash(
 ) -> None:
     """Load the firmware onto an Arduino Uno, Duemilanove or Nano, or a clone, and ask who it is.
 
-    Needs avrdude, and tells where to get it. Other boards are refused. 12 V off.
+    Needs avrdude, and tells where to get it. Other boards are refused. Switch the 12 V off first.
+
+    Examples:
+        muscle-bayes flash
+        muscle-bayes flash --port /dev/ttyUSB0 --hex firmware/build/firmware.hex
     """
     from muscle_bayes.bench.board import Board
     from muscle_bayes.bench.clock import RealClock

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_USER_ERROR, JsonOption, print_error, write_json
+from muscle_bayes.cli.common import (
+    EXIT_USER_ERROR,
+    JsonOption,
+    print_error,
+    writable_file,
+    write_json,
+)
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -53,7 +59,11 @@ def init(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The metadata.  [default: beside the log, NAME.toml]"),
+        typer.Option(
+            metavar="FILE",
+            callback=writable_file,
+            help="The metadata.  [default: beside the log, NAME.toml]",
+        ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the metadata.")] = False,
     ask: Annotated[
@@ -64,7 +74,12 @@ def init(
     ] = None,
     json: JsonOption = None,
 ) -> None:
-    """Write a log's metadata, NAME.toml: guess what the file tells, ask what it cannot tell."""
+    """Write a log's metadata, NAME.toml: guess what the file tells, and ask for the rest.
+
+    Examples:
+        muscle-bayes init mylog.csv
+        muscle-bayes init mylog.csv --position angle --position-unit deg --element none --no-ask
+    """
     from muscle_bayes.data.errors import RunError
     from muscle_bayes.data.files import read_bytes
     from muscle_bayes.data.guessing.answers import Answers

@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_USER_ERROR, JsonOption, print_error, write_json
+from muscle_bayes.cli.common import (
+    EXIT_USER_ERROR,
+    JsonOption,
+    print_error,
+    writable_file,
+    writable_folder,
+    write_json,
+)
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -23,16 +30,24 @@ def inspect(
     ],
     json: JsonOption = None,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Figure of the one run, PNG.")
+        Path | None,
+        typer.Option(metavar="FILE", callback=writable_file, help="Figure of the one run, PNG."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help=f"Folder of the figures, NAME.png.  [default: {_FIGURES}]"
+            metavar="DIR",
+            callback=writable_folder,
+            help=f"Folder of the figures, NAME.png.  [default: {_FIGURES}]",
         ),
     ] = None,
 ) -> None:
-    """Show what runs hold, what was repaired in them and what they assume, and draw them."""
+    """Show what runs hold, what was repaired in them and what they assume, and draw them.
+
+    Examples:
+        muscle-bayes inspect data/sawtooth.csv
+        muscle-bayes inspect data --out reports/inspect --json runs.json
+    """
     from rich.console import Console
 
     from muscle_bayes.data import find_runs
@@ -77,13 +92,7 @@ def _inspect_one(log: Path, target: Path, console: "Console") -> dict[str, Any]:
     assumed = [(one.key, one.taken) for one in assumptions(run)]
     summary = summarise(run)
     _print(run, summary, assumed, console)
-    try:
-        save(run_figure(run), target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Fix: give another --figure or --out."
-        ) from None
+    save(run_figure(run), target)
     console.print(f"figure: {target}\n", soft_wrap=True, markup=False, highlight=False)
     made = recording_of(log)
     return summary | {

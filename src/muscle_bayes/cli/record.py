@@ -18,7 +18,7 @@ from muscle_bayes.cli.bench_options import (
     signals_interrupt,
     simulated_rig,
 )
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, writable_folder, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ def record(
         Path,
         typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`."),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the runs.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the runs.")
+    ],
     simulate: SimulateOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
@@ -52,8 +54,12 @@ def record(
     """Record the runs of SEQUENCE.toml; those that are in DIR already are left out.
 
     Keys: q ends the run and keeps it, any other key says that the load hangs. The heaters go off
-    whatever ends the recording. Where a run breaks off it is kept, and recorded anew under another
+    whatever ends the recording. A run that breaks off is kept, and recorded anew under another
     name when the command is given again.
+
+    Examples:
+        muscle-bayes record staircase.toml --out runs
+        muscle-bayes record staircase.toml --out runs --simulate
     """
     from time import perf_counter
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_folder, write_json
 from muscle_bayes.cli.control_options import (
     FixtureOption,
     HeaterOption,
@@ -14,7 +14,6 @@ from muscle_bayes.cli.control_options import (
     load_joints,
 )
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
-from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,11 +23,13 @@ if TYPE_CHECKING:
 
 def robustness(
     posterior: PosteriorArgument,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the figures.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the figures.")
+    ],
     gains: Annotated[
         Path | None,
         typer.Option(
-            metavar="G.toml", help="Default: PI by the thesis' method, on the mean joint."
+            metavar="GAINS.toml", help="Default: PI by the thesis' method, on the mean joint."
         ),
     ] = None,
     heater: HeaterOption = None,
@@ -48,12 +49,15 @@ def robustness(
 ) -> None:
     """Simulate the closed loop of an antagonistic joint for every draw and scenario.
 
-    Writes a figure a scenario and one of runaway against the setpoint's frequency, and prints metrics
+    Writes a figure a scenario and one of runaway against the setpoint's frequency. Prints metrics
     with 90 % intervals over the draws. Exits with 0 however poor the gains are: look at the table.
+
+    Examples:
+        muscle-bayes robustness muscle.nc --gains gains.toml --out reports/robustness
+        muscle-bayes robustness muscle.nc --draws 100 --out reports/robustness
     """
     from rich.console import Console
 
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.control.batch import Bank
     from muscle_bayes.control.closed_loop import Clock
     from muscle_bayes.control.gains import read_gains
@@ -62,7 +66,9 @@ def robustness(
     from muscle_bayes.control.scenarios import STEP, harder_scenarios, thesis_scenarios
     from muscle_bayes.control.study import robustness as robustness_of
     from muscle_bayes.control.study import runaway_curve
+    from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.control_figures import runaway_figure, scenario_figure
+    from muscle_bayes.report.style import save
 
     compute_on(device)
     given = None if gains is None else read_gains(gains)
@@ -72,31 +78,19 @@ def robustness(
     own = [read_scenario(path, chosen.period) for path in scenario or ()]
     courses = (*thesis_scenarios(chosen.period), *harder_scenarios(chosen.period), *own)
     bank = Bank(joints, Clock(chosen.period), seed)
-    with fit_progress("robustness") as report:
+    with shown_progress() as report:
         result = robustness_of(bank, chosen, courses, notes=notes, report=report)
         curve = runaway_curve(bank, chosen)
     told = [] if chosen.law == "cascade" else margins(joints, chosen, STEP)
     for one in courses:
-        _save(scenario_figure(result, one), out / f"{one.name}.png")
-    _save(runaway_figure(curve), out / "runaway.png")
+        save(scenario_figure(result, one), out / f"{one.name}.png")
+    save(runaway_figure(curve), out / "runaway.png")
     console = Console()
     _show(console, result, curve, told)
-    console.print(f"figures: {out}", soft_wrap=True, markup=False, highlight=False)
+    print_place("figures", out)
     if json is not None:
         data: dict[str, Any] = result.as_dict() | {"runaway": curve.as_dict(), "seed": seed}
         write_json(json, data | {"margins": [one._asdict() for one in told]})
-
-
-def _save(figure, target: Path) -> None:
-    from muscle_bayes.report.style import save
-
-    try:
-        save(figure, target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MuscleBayesError(
-            f"{target}: cannot be written: {reason}. Fix: give another --out."
-        ) from None
 
 
 def _show(

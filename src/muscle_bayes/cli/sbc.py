@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_folder, write_json
 from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
 
 if TYPE_CHECKING:
     from muscle_bayes.criticism.replicates import Template
 
-EXIT_NOT_UNIFORM = 1
 LEAST_CHANCE = 0.01
 
 
@@ -39,7 +38,10 @@ def sbc(
         ),
     ],
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Where ranks, figure and numbers go.")
+        Path,
+        typer.Option(
+            metavar="DIR", callback=writable_folder, help="Where ranks, figure and numbers go."
+        ),
     ] = Path("reports/sbc"),
     sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
     friction: FrictionOption = FrictionChoice.coulomb,
@@ -63,25 +65,28 @@ def sbc(
 ) -> None:
     """Simulation-based calibration: fit data sets drawn from prior and likelihood.
 
-    The truth of each must rank uniformly among the draws of its posterior, in every quantity: tested
-    by chi-square, corrected by Bonferroni. Data sets in which a run's readings hardly move are drawn
-    again: they tell nothing. --measured makes it a posterior SBC: for priors so wide
-    that few of their draws resemble the rig. Every finished data set is kept in DIR, so interrupted
-    work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
+    The true value must rank uniformly among the draws of its posterior, in every quantity. A
+    chi-square test checks that, corrected by Bonferroni. Data sets whose readings hardly move are
+    drawn again: they carry no information. Finished data sets stay in DIR, so interrupted work goes
+    on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
+
+    Examples:
+        muscle-bayes sbc data/spring-*.csv --sets 100 --out reports/sbc
+        muscle-bayes sbc data/staircase-*.csv --given fixture.nc --measured --out reports/sbc
     """
     from rich.console import Console
 
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.criticism.replicates import Template
     from muscle_bayes.criticism.sbc import Calibration, calibration_tasks
     from muscle_bayes.parallel.tasks import run_tasks
+    from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.calibration_figure import calibration_figure
     from muscle_bayes.report.style import save
 
     paths = tuple(path.resolve() for path in runs)
     fixture = None if given is None else given.resolve()
     template = Template(paths, friction.value, tuple(effect or ()), fixture)
-    with fit_progress(out.name) as report:
+    with shown_progress() as report:
         known = _measured(template, seed, out) if measured else None
         results = run_tasks(
             calibration_tasks(template, sets, seed, known),
@@ -105,4 +110,4 @@ def sbc(
     )
     if chance < LEAST_CHANCE:
         console.print("ranks are NOT uniform", style="bold red")
-        raise typer.Exit(EXIT_NOT_UNIFORM)
+        raise typer.Exit(EXIT_FAILED)

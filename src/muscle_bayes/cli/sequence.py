@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from muscle_bayes.cli.common import writable_file
 from muscle_bayes.errors import MuscleBayesError
 
 
@@ -31,7 +32,9 @@ def sequence(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="SEQUENCE.toml", help="File; the terminal unless said."),
+        typer.Option(
+            metavar="SEQUENCE.toml", callback=writable_file, help="File; the terminal unless said."
+        ),
     ] = None,
     room: Annotated[
         float, typer.Option(metavar="C", help="Setpoint that stands for the room, C.")
@@ -50,7 +53,12 @@ def sequence(
         ),
     ] = None,
 ) -> None:
-    """Write a test regime as a sequence for `muscle-bayes record`, to be changed at will."""
+    """Write a test regime as a sequence for `muscle-bayes record`, to be changed at will.
+
+    Examples:
+        muscle-bayes sequence staircase --mass 0.139 --out staircase.toml
+        muscle-bayes sequence sawtooth --room 22
+    """
     from muscle_bayes.bench.regimes import REGIMES, with_loads
     from muscle_bayes.bench.sequence_file import read_rig, to_toml
 
@@ -69,9 +77,5 @@ def sequence(
             file.write(text)
     except FileExistsError:
         raise MuscleBayesError(f"{out}: exists. Fix: choose another --out.") from None
-    except OSError as error:
-        raise MuscleBayesError(
-            f"{out}: cannot be written: {error.strerror or error}. Fix: choose another --out."
-        ) from None
     count = len(built.runs(out.stem))
     typer.echo(f"{out}: {count} run{'s' if count > 1 else ''}")

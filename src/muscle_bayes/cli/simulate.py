@@ -1,13 +1,17 @@
 """`muscle-bayes simulate`: synthetic runs with a known truth."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import (
+    JsonOption,
+    SeedOption,
+    writable_file,
+    writable_folder,
+    write_json,
+)
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -25,7 +29,9 @@ def simulate(
             "shipped: the set in data/, which takes no option but --out and --json.",
         ),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the runs.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the runs.")
+    ],
     name: Annotated[
         str | None,
         typer.Option(
@@ -80,15 +86,25 @@ def simulate(
     seed: SeedOption = 0,
     truth: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="True parameters; DIR/truth.toml unless said."),
+        typer.Option(
+            metavar="FILE",
+            callback=writable_file,
+            help="True parameters; DIR/truth.toml unless said.",
+        ),
     ] = None,
     json: JsonOption = None,
 ) -> None:
-    """Write synthetic runs and, apart from them, the truth behind them.
+    """Write synthetic runs and, in a file of its own, the truth behind them.
 
     The simulator shares no model or integration code with the inference. Equal options and seed
     write equal bytes. A measured run is never replaced.
+
+    Examples:
+        muscle-bayes simulate spring --out runs
+        muscle-bayes simulate sawtooth --effect coil-contact:stiffness=150,onset=0.02 --out runs
     """
+    from muscle_bayes.progress import shares, shown_progress
+    from muscle_bayes.twin import simulate as simulate_run
     from muscle_bayes.twin.plans import plan_runs
     from muscle_bayes.twin.shipped import write_shipped
     from muscle_bayes.twin.storage import TRUTH_FILE, check_free, save_runs
@@ -98,8 +114,8 @@ def simulate(
         given = (name, mass, friction, effect, rig, settings, stages, log_period, truth)
         if seed != 0 or any(value is not None and value != [] for value in given):
             raise MuscleBayesError("shipped: the set is fixed. Fix: give --out and --json only.")
-        with _Progress() as progress, _files(out):
-            runs = write_shipped(out, progress.tell)
+        with shown_progress() as report:
+            runs = write_shipped(out, lambda name, share: shares(report, name)(share))
     else:
         built = _rig(protocol, friction, effect or [], rig, settings or [])
         plan = plan_runs(
@@ -111,10 +127,12 @@ def simulate(
             log_period=log_period,
         )
         check_free(out, list(plan))
-        with _Progress() as progress:
-            runs = progress.simulate(built, plan, seed)
-        with _files(out):
-            save_runs(out, runs, truth)
+        with shown_progress() as report:
+            runs = {
+                name: simulate_run(built, protocol, (seed, number), shares(report, name))
+                for number, (name, protocol) in enumerate(plan.items())
+            }
+        save_runs(out, runs, truth)
     _report(runs, out, target, seed, json)
 
 
@@ -136,51 +154,6 @@ def _rig(
     rig = override(rig, dict(map(parse_setting, settings)))
     hidden = (*rig.truth.effects, *map(parse_effect, effects))
     return replace(rig, truth=replace(rig.truth, effects=hidden))
-
-
-@contextmanager
-def _files(out: Path) -> Iterator[None]:
-    """Tell of files that cannot be written as of any other error of the user's to mend."""
-    try:
-        yield
-    except OSError as error:
-        raise MuscleBayesError(
-            f"{error.filename or out}: cannot be written: {error.strerror or error}. "
-            "Fix: choose another --out or --truth."
-        ) from None
-
-
-class _Progress:
-    """One bar per run on a terminal, nothing elsewhere."""
-
-    def __enter__(self) -> "_Progress":
-        from rich.console import Console
-        from rich.progress import Progress, TaskID
-
-        self._bars = Progress(console=Console(stderr=True), transient=True)
-        self._tasks: dict[str, TaskID] = {}
-        self._bars.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bars.stop()
-
-    def tell(self, name: str, share: float) -> None:
-        """Note the share that is done of a run."""
-        if name not in self._tasks:
-            self._tasks[name] = self._bars.add_task(name, total=1.0)
-        self._bars.update(self._tasks[name], completed=share)
-
-    def simulate(self, rig: "Rig", plan: dict[str, Any], seed: int) -> "dict[str, SimulatedRun]":
-        """Simulate the runs of a plan one after the other."""
-        from functools import partial
-
-        from muscle_bayes.twin import simulate as simulate_run
-
-        return {
-            name: simulate_run(rig, protocol, (seed, number), partial(self.tell, name))
-            for number, (name, protocol) in enumerate(plan.items())
-        }
 
 
 def _report(

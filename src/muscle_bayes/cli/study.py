@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, writable_folder, write_json
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
-from muscle_bayes.cli.fit import EXIT_NOT_CONVERGED, Preset
+from muscle_bayes.cli.fit import Preset
 
 if TYPE_CHECKING:
     from muscle_bayes.study.plan import Plan
@@ -26,9 +26,9 @@ def study(
             help="What to do with them.  [default: DIR/study.toml where there is one]",
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the report goes.")] = Path(
-        "reports"
-    ),
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Where the report goes.")
+    ] = Path("reports"),
     preset: Annotated[Preset, typer.Option(help="How long to compute.")] = Preset.full,
     device: DeviceOption = Device.cpu,
     json: JsonOption = None,
@@ -41,6 +41,10 @@ def study(
 
     Only what changed is run again, so an interrupted study goes on where it stopped. Exits with 1 if
     chains have not converged.
+
+    Examples:
+        muscle-bayes study --preset quick
+        muscle-bayes study --runs myruns --out myreport
     """
     from rich.console import Console
 
@@ -65,7 +69,7 @@ def study(
     for name, reasons in complaints.items():
         console.print(f"{name} NOT CONVERGED: " + "; ".join(reasons), style="bold red")
     if complaints:
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+        raise typer.Exit(EXIT_FAILED)
 
 
 def _plan(

@@ -5,13 +5,16 @@ from typing import Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, writable_folder, write_json
 
 
 def trial(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where outcomes and numbers go.")] = Path(
-        "reports/trial"
-    ),
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR", callback=writable_folder, help="Where outcomes and numbers go."
+        ),
+    ] = Path("reports/trial"),
     single: Annotated[int, typer.Option(min=0, help="Cases with one effect hidden.")] = 60,
     none: Annotated[int, typer.Option(min=0, help="Cases with nothing hidden.")] = 60,
     outside: Annotated[int, typer.Option(min=0, help="Cases outside the catalogue.")] = 30,
@@ -24,17 +27,21 @@ def trial(
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Hide effects in synthetic runs of random rigs, search them blind, and count what was found.
+    """Hide effects in synthetic runs of random rigs, search for them blind, and count the hits.
 
     Rigs, true parameters, strengths and noise differ from case to case. Every finished case is kept
     in DIR, so interrupted work goes on where it stopped.
+
+    Examples:
+        muscle-bayes trial --out reports/trial
+        muscle-bayes trial --single 4 --none 4 --outside 0 --pair 0 --workers 2
     """
     from rich.console import Console
     from rich.table import Table
 
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.parallel.tasks import run_tasks
+    from muscle_bayes.progress import shown_progress
     from muscle_bayes.trial.cases import cases
     from muscle_bayes.trial.outcome import trial_tasks
 
@@ -43,7 +50,7 @@ def trial(
     if not chosen:
         raise MuscleBayesError("no case was asked for; ask for at least one of any kind")
     tasks = trial_tasks(chosen)
-    with fit_progress("trial") as report:
+    with shown_progress() as report:
         results = run_tasks(
             tasks,
             out / "cases",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, writable_file, write_json
 from muscle_bayes.cli.control_options import (
     FixtureOption,
     HeaterOption,
@@ -15,7 +15,7 @@ from muscle_bayes.cli.control_options import (
     load_joints,
 )
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -42,7 +42,9 @@ class LawChoice(StrEnum):
 
 def tune(
     posterior: PosteriorArgument,
-    out: Annotated[Path, typer.Option(metavar="G.toml", help="Where the gains go.")],
+    out: Annotated[
+        Path, typer.Option(metavar="GAINS.toml", callback=writable_file, help="Where the gains go.")
+    ],
     criterion: Annotated[CriterionChoice, typer.Option(help="What is made small.")] = (
         CriterionChoice.cvar
     ),
@@ -52,7 +54,10 @@ def tune(
     ] = None,
     law: Annotated[LawChoice, typer.Option(help="Control law.")] = LawChoice.antiwindup,
     header: Annotated[
-        Path | None, typer.Option(metavar="GAINS.h", help="Also write the firmware's header.")
+        Path | None,
+        typer.Option(
+            metavar="GAINS.h", callback=writable_file, help="Also write the firmware's header."
+        ),
     ] = None,
     heater: HeaterOption = None,
     fixture: FixtureOption = None,
@@ -68,10 +73,14 @@ def tune(
     device: DeviceOption = Device.cpu,
     seed: SeedOption = 0,
 ) -> None:
-    """Tune gains over the draws, and judge them on draws that were kept apart."""
+    """Tune gains over the posterior's draws, and test them on draws that were not used.
+
+    Examples:
+        muscle-bayes tune muscle.nc --out gains.toml
+        muscle-bayes tune muscle.nc --criterion probability --spec tracking_error=0.02 --out g.toml
+    """
     from rich.console import Console
 
-    from muscle_bayes.cli.progress import fit_progress
     from muscle_bayes.control.batch import Bank
     from muscle_bayes.control.closed_loop import Clock
     from muscle_bayes.control.feedforward import feedforward_of
@@ -80,6 +89,7 @@ def tune(
     from muscle_bayes.control.study import robustness
     from muscle_bayes.control.tune import Effort
     from muscle_bayes.control.tune import tune as tune_gains
+    from muscle_bayes.progress import shown_progress
 
     compute_on(device)
     wanted = _criterion(criterion, spec or [])
@@ -95,7 +105,7 @@ def tune(
         law=law.value, period_ms=period_ms, proportional=1.0, integral=1.0, feedforward=table
     )
     clock = Clock(blank.period)
-    with fit_progress("tune") as report:
+    with shown_progress() as report:
         found = tune_gains(
             Bank(tuned_on, clock, seed),
             courses,
@@ -182,6 +192,7 @@ def _scenarios(names: list[str], period: float) -> "list[Scenario]":
             chosen.append(read_scenario(Path(name), period))
         else:
             raise MuscleBayesError(
-                f"--scenario {name}: is not known. Fix: use a file, or one of {', '.join(known)}"
+                f"--scenario {name}: is not known.{did_you_mean(name, known)} Fix: use a file, or "
+                f"one of {', '.join(known)}."
             )
     return chosen or standard

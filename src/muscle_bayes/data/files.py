@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from muscle_bayes.data.errors import RunError
+from muscle_bayes.errors import did_you_mean
 
 LOG_SUFFIXES: Final = (
     ".csv",
@@ -41,10 +42,17 @@ def read_bytes(path: Path, what: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise RunError.at(path, f"{what} is missing", f"put {path.name} there") from None
+        near = did_you_mean(path.name, _names_beside(path))
+        raise RunError.at(
+            path, f"{what} is missing{near and '.'}{near}", f"put {path.name} there"
+        ) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunError.at(path, f"cannot be read: {reason}", "check the file") from None
+
+
+def _names_beside(path: Path) -> list[str]:
+    return [one.name for one in path.parent.iterdir()] if path.parent.is_dir() else []
 
 
 def parse_toml(content: bytes, path: Path | str) -> dict[str, Any]:

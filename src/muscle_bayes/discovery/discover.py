@@ -20,7 +20,7 @@ from muscle_bayes.discovery.result import Discovery, Judged, NextExperiment, Ste
 from muscle_bayes.discovery.search import Report
 from muscle_bayes.discovery.settling import settled
 from muscle_bayes.discovery.unknown import Unknown, search_functions
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
@@ -135,9 +135,12 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
     names = [run.name for run in runs]
     for name in hold_out:
         if name not in names:
-            raise MuscleBayesError(f"--hold-out {name}: no such run; there are: {', '.join(names)}")
+            raise MuscleBayesError(
+                f"--hold-out {name}: no such run.{did_you_mean(name, names)} Fix: name one of "
+                f"{', '.join(names)}."
+            )
     if set(names) <= set(hold_out):
-        raise MuscleBayesError("every run is held out; leave at least one to fit")
+        raise MuscleBayesError("every run is held out. Fix: leave at least one to fit.")
 
 
 def _located(one: Explanation) -> MisfitMap:

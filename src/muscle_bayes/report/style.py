@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib
 from cycler import cycler
 from matplotlib.figure import Figure
+
+from muscle_bayes.whole_file import write_whole
 
 # Okabe and Ito's palette; vermillion and sky blue differ from blue in lightness too.
 BLACK: Final = "#000000"
@@ -60,13 +63,12 @@ def quiet_style() -> Iterator[None]:
 
 
 def save(fig: Figure, path: Path) -> None:
-    """Write a PNG at 150 dpi, or an SVG, the same bytes for the same figure. Raises OSError."""
+    """Write a PNG at 150 dpi, or an SVG, the same bytes for the same figure.
+
+    Raises MuscleBayesError where it cannot be written.
+    """
     kind = path.suffix.removeprefix(".")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.part")
-    try:
-        with matplotlib.rc_context({"svg.hashsalt": path.stem}):
-            fig.savefig(partial, format=kind, dpi=DPI, metadata=_ANONYMOUS[kind])
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    content = BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": path.stem}):
+        fig.savefig(content, format=kind, dpi=DPI, metadata=_ANONYMOUS[kind])
+    write_whole(path, content.getvalue())

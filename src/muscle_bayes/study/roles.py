@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from muscle_bayes.data import Run
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.study.config import StudyConfig
 
 
@@ -77,8 +77,8 @@ def _check(runs: Sequence[Run], named: Iterable[str], asked: Sequence[str], wher
     for name in named:
         if name not in known:
             raise MuscleBayesError(
-                f"{where}: run {name!r} is named, but there is none. Fix: use names of "
-                f"{', '.join(known)}."
+                f"{where}: run {name!r} is named, but there is none.{did_you_mean(name, known)} "
+                f"Fix: use names of {', '.join(known)}."
             )
     for name in asked:
         if asked.count(name) > 1:

@@ -112,13 +112,21 @@ class Posterior:
             >>> mb.load("fixture.nc").parameters
             ('J', 'D')
         """
+        if not Path(path).is_file():
+            raise MuscleBayesError(
+                f"{path}: there is no such file. Fix: name a posterior that `muscle-bayes fit` wrote."
+            )
         try:
             tree = xr.load_datatree(path, engine="h5netcdf")
         except (OSError, ValueError) as error:
-            raise MuscleBayesError(f"{path}: cannot be read as a posterior ({error})") from error
+            raise MuscleBayesError(
+                f"{path}: cannot be read as a posterior ({error}). Fix: name one that `muscle-bayes fit` "
+                "wrote."
+            ) from error
         if "converged" not in tree.attrs or "posterior" not in tree:
             raise MuscleBayesError(
-                f"{path}: is NetCDF, but not a posterior written by `muscle-bayes fit`"
+                f"{path}: is NetCDF, but not a posterior. Fix: name one that `muscle-bayes fit` "
+                "wrote."
             )
         return cls(tree)
 

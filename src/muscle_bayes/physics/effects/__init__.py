@@ -1,6 +1,6 @@
 """The catalogue of effects: one line each, one file each."""
 
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.physics.effect import Effect, TemperatureFilter
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
 from muscle_bayes.physics.effects.clock_offset import ClockOffset
@@ -57,10 +57,11 @@ def effect_type(name: str) -> AnyEffectType:
         return CATALOGUE[name]
     own = own_effects()
     if name not in own:
-        known = ", ".join(sorted({**CATALOGUE, **own}))
+        known = sorted({**CATALOGUE, **own})
         raise MuscleBayesError(
-            f"effect '{name}' is not in the catalogue; choose from: {known}. Fix: for one of your "
-            f"own, name its file in the environment variable {FILES}."
+            f"effect {name!r} is not in the catalogue.{did_you_mean(name, known)} Fix: choose from "
+            f"{', '.join(known)}; for one of your own, name its file in the environment variable "
+            f"{FILES}."
         )
     return own[name]
 
