@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-TARGET = HERE.parent / "src" / "muscle_bayes" / "bench" / "firmware" / "muscle_bench.hex"
+TARGET = HERE.parent / "src" / "muscle_bayes" / "bench" / "boards" / "firmware" / "muscle_bench.hex"
 
 
 def digest() -> str:

@@ -18,12 +18,12 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 import muscle_bayes as mb
-from muscle_bayes.bench.guard import RecordingError
-from muscle_bayes.bench.run_file import read_events
-from muscle_bayes.bench.sequence import Limits, Sequence, Stage
-from muscle_bayes.bench.sequence_file import to_toml
-from muscle_bayes.bench.session import Session
-from muscle_bayes.bench.settling import settlings
+from muscle_bayes.bench.heat.settling import settlings
+from muscle_bayes.bench.recording.guard import RecordingError
+from muscle_bayes.bench.recording.run_file import read_events
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Limits, Sequence, Stage
+from muscle_bayes.bench.sequences.sequence_file import to_toml
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.recording import (
     NOTES,

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from muscle_bayes.bench.protocol import (
+from muscle_bayes.bench.boards.protocol import (
     ERRORS,
     FAULT_MEANINGS,
     MESSAGES,

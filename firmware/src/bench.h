@@ -42,10 +42,7 @@ struct bench {
     struct start start;
     struct frame frame;
     struct old_protocol old;
-    #define AVERAGED 8                  /* conversions, one a millisecond, whose sum is told */
-#define AVERAGED_SPAN_US 7000ul
-
-enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
+    enum dialect dialect;       /* the first valid frame shuts the old protocol out until reset */
     struct sample latest;
     bool sampled;
     uint16_t recent[AVERAGED];  /* conversions, the oldest at `oldest` */

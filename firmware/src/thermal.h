@@ -1,7 +1,7 @@
 /* How warm a heater tube is by what it was given: one observer a channel. No board calls.
  *
  * rise' = gain duty/255 - rise/cooling, in whole numbers every THERMAL_STEP_MS, so that the host can
- * say the same to the last digit (src/muscle_bayes/bench/heat_model.py). It answers two questions: how
+ * say the same to the last digit (src/muscle_bayes/bench/heat/heat_model.py). It answers two questions: how
  * hot may the tube be, whatever its sensor says (`most`); and how much has the sensor to show (`least`,
  * compared as the rise above a mean over the last THERMAL_MEAN_STEPS). */
 #ifndef THERMAL_H

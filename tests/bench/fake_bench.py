@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import exp
 
-from muscle_bayes.bench.board import Board
-from muscle_bayes.bench.devices import Devices
-from muscle_bayes.bench.link import Link
-from muscle_bayes.bench.meter import REQUEST, Meter, format_answer
-from muscle_bayes.bench.protocol import crc16, frame
-from muscle_bayes.bench.transport import TransportError
+from muscle_bayes.bench.boards.board import Board
+from muscle_bayes.bench.boards.devices import Devices
+from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.protocol import crc16, frame
+from muscle_bayes.bench.boards.transport import TransportError
+from muscle_bayes.bench.meters.meter import REQUEST, Meter, format_answer
 from muscle_bayes.data import Fixture, MuscleElement, Potentiometer
 
 RIG = {

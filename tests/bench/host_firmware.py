@@ -3,7 +3,7 @@
 import ctypes
 from pathlib import Path
 
-from muscle_bayes.bench.protocol import Decoder, Message, encode
+from muscle_bayes.bench.boards.protocol import Decoder, Message, encode
 
 OLD_NOTHING, OLD_PROMPT, OLD_WRITE, OLD_DIGITAL_READ, OLD_ANALOG_READ = range(5)
 

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from fake_bench import RIG, FakeBench
 
-from muscle_bayes.bench.rows import RowWriter
-from muscle_bayes.bench.run_file import RunFile
-from muscle_bayes.bench.sequence import Repeat, RunPlan, Sequence, Stage
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.rows import RowWriter
+from muscle_bayes.bench.recording.run_file import RunFile
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Repeat, RunPlan, Sequence, Stage
 
 LOADS = tuple(
     Stage(setpoint_a=60.0, duration=0.2, load=load, note="often, so that kills meet the change")

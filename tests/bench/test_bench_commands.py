@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.run_file import read_events
-from muscle_bayes.bench.sequence_file import parse_sequence, read_sequence
+from muscle_bayes.bench.recording.run_file import read_events
+from muscle_bayes.bench.sequences.sequence_file import parse_sequence, read_sequence
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 

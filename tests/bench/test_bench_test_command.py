@@ -5,8 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.simulation import overheating, stuck_meter
-from muscle_bayes.bench.trials import failures, fuzz, streaming
+from muscle_bayes.bench.trials import failures, fuzz, overheating, streaming, stuck_meter
 from muscle_bayes.cli import app
 
 pytestmark = pytest.mark.usefixtures("firmware")

@@ -3,8 +3,8 @@
 import pytest
 from fake_bench import FakeBoard, FakeClock
 
-from muscle_bayes.bench.board import Board, BoardError
-from muscle_bayes.bench.protocol import Sample
+from muscle_bayes.bench.boards.board import Board, BoardError
+from muscle_bayes.bench.boards.protocol import Sample
 
 
 class LateBoard(FakeBoard):

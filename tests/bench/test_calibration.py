@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.calibration import CalibrationError, EndstopFinder, calibrate
+from muscle_bayes.bench.boards.calibration import CalibrationError, EndstopFinder, calibrate
 
 STOPS = (-1.2, 1.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.clock import WRAP, BoardClock, RealClock
+from muscle_bayes.bench.boards.clock import WRAP, BoardClock, RealClock
 
 PERIOD = 0.03
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from muscle_bayes.bench.course import Course
-from muscle_bayes.bench.sequence import Repeat, RunPlan, Stage
+from muscle_bayes.bench.sequences.course import Course
+from muscle_bayes.bench.sequences.sequence import Repeat, RunPlan, Stage
 from muscle_bayes.errors import MuscleBayesError
 
 

@@ -6,8 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.heat_model import TubeModel
-from muscle_bayes.bench.protocol import (
+from muscle_bayes.bench.boards.protocol import (
     Boot,
     Decoder,
     Error,
@@ -20,6 +19,7 @@ from muscle_bayes.bench.protocol import (
     encode,
     read_answer,
 )
+from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.simulation.processor import Processor
 
 PORTB, DDRB, PORTD, DDRD, TCCR0A, TCCR0B, OCR0A = 0x25, 0x24, 0x2B, 0x2A, 0x44, 0x45, 0x47

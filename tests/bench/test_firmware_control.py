@@ -10,7 +10,7 @@ from host_firmware import HostFirmware
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.protocol import Error, Fault, encode
+from muscle_bayes.bench.boards.protocol import Error, Fault, encode
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.control.laws.feed import NoFeed
 from muscle_bayes.control.laws.law import Measured

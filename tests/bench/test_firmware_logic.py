@@ -12,7 +12,7 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from muscle_bayes.bench.protocol import (
+from muscle_bayes.bench.boards.protocol import (
     ChecksumReport,
     Decoder,
     Error,

@@ -12,7 +12,7 @@ from host_firmware import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.protocol import Fault, ResetCause, encode
+from muscle_bayes.bench.boards.protocol import Fault, ResetCause, encode
 from muscle_bayes.bench.simulation.processor import FREQUENCY, Processor
 
 PROMPT = b"w\r\n"

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from muscle_bayes.bench import flashing
-from muscle_bayes.bench.flashing import (
+from muscle_bayes.bench.boards import flashing
+from muscle_bayes.bench.boards.flashing import (
     BAUDS,
     SHIPPED,
     FlashError,

@@ -6,7 +6,8 @@ from host_firmware import HostFirmware
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.heat_model import (
+from muscle_bayes.bench.boards.protocol import Decoder, Error, Fault, Reply, frame
+from muscle_bayes.bench.heat.heat_model import (
     LEAST,
     MOST,
     MOST_RISE,
@@ -16,7 +17,6 @@ from muscle_bayes.bench.heat_model import (
     HeatModel,
     TubeModel,
 )
-from muscle_bayes.bench.protocol import Decoder, Error, Fault, Reply, frame
 from muscle_bayes.twin.heater import HeaterTube
 
 TUBE = TubeModel(450, 480)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.heating import Heating
-from muscle_bayes.bench.meter import Reading
-from muscle_bayes.bench.regimes import CLIMB
-from muscle_bayes.bench.sequence import Stage
-from muscle_bayes.bench.temperature_control import PERIOD
+from muscle_bayes.bench.heat.heating import Heating
+from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.meters.meter import Reading
+from muscle_bayes.bench.sequences.regimes import CLIMB
+from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.twin.heater import HeaterTube
 from muscle_bayes.twin.rig import Meter
 from muscle_bayes.twin.sensors import ThermocoupleMeter

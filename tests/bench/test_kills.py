@@ -9,9 +9,9 @@ import pytest
 from fake_bench import RIG, FakeBench
 from killed_logger import SEQUENCE
 
-from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.run_file import UNKNOWN_DELAY, read_events
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.run_file import UNKNOWN_DELAY, read_events
+from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.data import read_metadata, read_runs, recording_of
 
 HERE = Path(__file__).parent

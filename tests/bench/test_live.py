@@ -4,8 +4,8 @@ import io
 
 from rich.console import Console
 
-from muscle_bayes.bench.live import TerminalView, clock, panel
-from muscle_bayes.bench.status import ChannelStatus, Status
+from muscle_bayes.bench.recording.live import TerminalView, clock, panel
+from muscle_bayes.bench.recording.status import ChannelStatus, Status
 
 STATUS = Status(
     name="bend-1",

@@ -10,8 +10,9 @@ from fake_bench import FakeClock, FakeMeter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.clock import RealClock
-from muscle_bayes.bench.meter import (
+from muscle_bayes.bench.boards.clock import RealClock
+from muscle_bayes.bench.boards.transport import meter_transport
+from muscle_bayes.bench.meters.meter import (
     ANSWER_TIME,
     REQUEST,
     Meter,
@@ -22,7 +23,6 @@ from muscle_bayes.bench.meter import (
     format_answer,
     parse_answer,
 )
-from muscle_bayes.bench.transport import meter_transport
 
 
 def test_known_answer():

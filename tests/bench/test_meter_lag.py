@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.meter import Reading
-from muscle_bayes.bench.meter_lag import LEAST, LONGEST, MeterLag
+from muscle_bayes.bench.meters.meter import Reading
+from muscle_bayes.bench.meters.meter_lag import LEAST, LONGEST, MeterLag
 from muscle_bayes.inference.records.thermometer import updates
 
 

@@ -7,9 +7,9 @@ import pytest
 from fake_bench import RIG, FakeBench
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.sequence_file import read_sequence, to_toml
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence_file import read_sequence, to_toml
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans

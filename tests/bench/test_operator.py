@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from muscle_bayes.bench.operator import Keyboard
+from muscle_bayes.bench.recording.operator import Keyboard
 from muscle_bayes.errors import MuscleBayesError
 
 

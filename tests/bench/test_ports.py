@@ -3,10 +3,10 @@
 import pytest
 from fake_bench import FakeBench, FakeBoard, FakeLine
 
-from muscle_bayes.bench.meter import Meter
-from muscle_bayes.bench.ports import PortError, PortFinder
-from muscle_bayes.bench.protocol import Role
-from muscle_bayes.bench.transport import TransportError
+from muscle_bayes.bench.boards.ports import PortError, PortFinder
+from muscle_bayes.bench.boards.protocol import Role
+from muscle_bayes.bench.boards.transport import TransportError
+from muscle_bayes.bench.meters.meter import Meter
 
 
 class Mute(FakeLine):
@@ -30,7 +30,7 @@ class Machine:
         self.opened = []
         self.ports = sorted(self.lines)
         # A thread of its own would wait in real time, which does not pass here.
-        monkeypatch.setattr("muscle_bayes.bench.ports.ThreadedMeter", lambda meter: meter)
+        monkeypatch.setattr("muscle_bayes.bench.boards.ports.ThreadedMeter", lambda meter: meter)
 
     def open(self, url):
         self.opened.append(url)

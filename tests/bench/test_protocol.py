@@ -7,8 +7,8 @@ from host_firmware import HostFirmware
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench import protocol
-from muscle_bayes.bench.protocol import (
+from muscle_bayes.bench.boards import protocol
+from muscle_bayes.bench.boards.protocol import (
     FRAME_MAX,
     MESSAGES,
     Boot,

@@ -4,7 +4,7 @@ import re
 import runpy
 from pathlib import Path
 
-from muscle_bayes.bench.protocol import ERRORS, MESSAGES, Fault, Garbled, crc16, decode_line
+from muscle_bayes.bench.boards.protocol import ERRORS, MESSAGES, Fault, Garbled, crc16, decode_line
 
 PROJECT = Path(__file__).parents[2]
 TEXT = (PROJECT / "docs" / "protocol.md").read_text(encoding="utf-8")

@@ -14,9 +14,9 @@ import pytest
 from fake_bench import RIG
 from served_bench import ServedBench
 
-from muscle_bayes.bench.run_file import read_events
-from muscle_bayes.bench.sequence import Repeat, Sequence, Stage
-from muscle_bayes.bench.sequence_file import to_toml
+from muscle_bayes.bench.recording.run_file import read_events
+from muscle_bayes.bench.sequences.sequence import Repeat, Sequence, Stage
+from muscle_bayes.bench.sequences.sequence_file import to_toml
 from muscle_bayes.data import read_run
 
 MAIN = "from muscle_bayes.cli import main; main()"

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from fake_bench import RIG, FakeBench
 
-from muscle_bayes.bench.guard import RecordingError
-from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.run_file import RunFileError, _Lines, read_events
-from muscle_bayes.bench.sequence_file import parse_sequence
-from muscle_bayes.bench.session import Session
-from muscle_bayes.bench.settling import settlings
+from muscle_bayes.bench.heat.settling import settlings
+from muscle_bayes.bench.recording.guard import RecordingError
+from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.run_file import RunFileError, _Lines, read_events
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.data import read_run
 
 HOLD = "[[stage]]\nsetpoint_a = 85.0\nduration = {}\n"
@@ -420,7 +420,7 @@ def test_recorded_runs_are_left_out_and_broken_ones_recorded_again(tmp_path):
 
 
 def test_name_that_is_taken_is_refused(tmp_path):
-    from muscle_bayes.bench.run_file import RunFile
+    from muscle_bayes.bench.recording.run_file import RunFile
 
     trial = Trial(tmp_path, HOLD.format(1.0))
     trial.record()

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.guard import RecordingError
-from muscle_bayes.bench.protocol import ResetCause
-from muscle_bayes.bench.run_file import read_events
-from muscle_bayes.bench.sequence import Limits, Sequence, Stage
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.boards.protocol import ResetCause
+from muscle_bayes.bench.recording.guard import RecordingError
+from muscle_bayes.bench.recording.run_file import read_events
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Limits, Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.recording import (
     SimulatedOperator,

@@ -7,10 +7,10 @@ import pytest
 from fake_bench import RIG, FakeBench
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.run_file import Row, RunFile
-from muscle_bayes.bench.sequence import Sequence, Stage
-from muscle_bayes.bench.sequence_file import parse_sequence
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.run_file import Row, RunFile
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Sequence, Stage
+from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.cli import app
 from muscle_bayes.data import (
     Load,

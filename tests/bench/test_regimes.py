@@ -2,7 +2,7 @@
 
 import pytest
 
-from muscle_bayes.bench.regimes import (
+from muscle_bayes.bench.sequences.regimes import (
     REGIMES,
     T2_LOADS,
     T2_TEMPERATURES,
@@ -10,7 +10,7 @@ from muscle_bayes.bench.regimes import (
     t2,
     with_loads,
 )
-from muscle_bayes.bench.sequence_file import parse_sequence, to_toml
+from muscle_bayes.bench.sequences.sequence_file import parse_sequence, to_toml
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import protocols
 

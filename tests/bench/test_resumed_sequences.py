@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from fake_bench import RIG, FakeBench
 
-from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.regimes import t2
-from muscle_bayes.bench.sequence import Stage
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.regimes import t2
+from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.data import read_run
 
 

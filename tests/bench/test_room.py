@@ -3,11 +3,11 @@
 import pytest
 from fake_bench import FakeBench
 
-from muscle_bayes.bench.meter import Reading
-from muscle_bayes.bench.recorder import StoppedError
-from muscle_bayes.bench.room import RoomError, far_from_room
-from muscle_bayes.bench.sequence import Sequence, Stage
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.heat.room import RoomError, far_from_room
+from muscle_bayes.bench.meters.meter import Reading
+from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 
 
 def shown(first, second=None):

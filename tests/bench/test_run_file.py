@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from fake_bench import RIG
 
-from muscle_bayes.bench.run_file import (
+from muscle_bayes.bench.recording.run_file import (
     LOG_HEADER,
     RESOLUTION,
     UNKNOWN_DELAY,
@@ -19,7 +19,7 @@ from muscle_bayes.bench.run_file import (
     free_name,
     read_events,
 )
-from muscle_bayes.bench.sequence import Sequence, Stage
+from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.data import complete_attempt, read_metadata, read_run
 
 
@@ -129,8 +129,8 @@ _FILLING = """
     sys.path.insert(0, {tests!r})
     from fake_bench import RIG
     from test_run_file import row
-    from muscle_bayes.bench.run_file import RunFile, RunFileError
-    from muscle_bayes.bench.sequence import Sequence, Stage
+    from muscle_bayes.bench.recording.run_file import RunFile, RunFileError
+    from muscle_bayes.bench.sequences.sequence import Sequence, Stage
     from pathlib import Path
 
     metadata = Sequence(stage=(Stage(duration=1.0),)).metadata("measured", RIG, 0.139, "")

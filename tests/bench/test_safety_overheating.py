@@ -2,8 +2,8 @@
 
 import pytest
 
-from muscle_bayes.bench.protocol import Fault
-from muscle_bayes.bench.simulation.overheating import HOTTEST, TRIALS, Outcome, run
+from muscle_bayes.bench.boards.protocol import Fault
+from muscle_bayes.bench.trials.overheating import HOTTEST, TRIALS, Outcome, run
 
 pytestmark = pytest.mark.usefixtures("firmware")
 

@@ -5,8 +5,8 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.sequence import Limits, Sequence, Stage
-from muscle_bayes.bench.session import Session
+from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.bench.sequences.sequence import Limits, Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.recording import (
     SimulatedOperator,

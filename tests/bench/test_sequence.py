@@ -2,8 +2,8 @@
 
 import pytest
 
-from muscle_bayes.bench.sequence import Repeat, Sequence, Stage
-from muscle_bayes.bench.sequence_file import (
+from muscle_bayes.bench.sequences.sequence import Repeat, Sequence, Stage
+from muscle_bayes.bench.sequences.sequence_file import (
     SequenceError,
     parse_sequence,
     read_rig,

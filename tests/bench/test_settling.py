@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from fake_bench import RIG
 
-from muscle_bayes.bench.sequence import Sequence, Stage
-from muscle_bayes.bench.settling import settlings
+from muscle_bayes.bench.heat.settling import settlings
+from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.data import HEADER, read_run, write_run
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.temperature_control import PERIOD, HeaterLaw, TemperatureControl
+from muscle_bayes.bench.heat.temperature_control import PERIOD, HeaterLaw, TemperatureControl
 from muscle_bayes.twin.controller import HeaterController
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.thermometry import (
+from muscle_bayes.bench.heat.thermometry import (
     ANSWERED_WITHIN,
     FAR,
     HALF_POWER,

@@ -12,7 +12,7 @@ import pytest
 import serial
 import serial.rfc2217
 
-from muscle_bayes.bench.transport import (
+from muscle_bayes.bench.boards.transport import (
     SerialTransport,
     TransportError,
     board_transport,

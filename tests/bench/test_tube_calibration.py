@@ -7,10 +7,9 @@ import pytest
 from fake_bench import FakeBench
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.board import Board
-from muscle_bayes.bench.heat_model import TubeModel
-from muscle_bayes.bench.simulation import SimulatedBench
-from muscle_bayes.bench.tube_calibration import (
+from muscle_bayes.bench.boards.board import Board
+from muscle_bayes.bench.heat.heat_model import TubeModel
+from muscle_bayes.bench.heat.tube_calibration import (
     COOLED,
     DUTY,
     PULSE,
@@ -20,6 +19,7 @@ from muscle_bayes.bench.tube_calibration import (
     calibrate_tube,
     fit_pulse,
 )
+from muscle_bayes.bench.simulation import SimulatedBench
 from muscle_bayes.cli import app
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.heater import HeaterTube

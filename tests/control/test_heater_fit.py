@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from muscle_bayes.bench.temperature_control import HeaterLaw
+from muscle_bayes.bench.heat.temperature_control import HeaterLaw
 from muscle_bayes.control.certain_duty import certain_duty, logged_duty
 from muscle_bayes.control.heater_fit import PRIOR, assumed_heater, fit_heater
 from muscle_bayes.data import Fixture, Metadata, Run

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.sequence_file import parse_sequence
+from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery import next_experiment
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of

@@ -12,7 +12,7 @@ import typer
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.devices import Devices
+    from muscle_bayes.bench.boards.devices import Devices
     from muscle_bayes.twin.rig import Rig
 
 PortOption = Annotated[
@@ -46,7 +46,7 @@ RigOption = Annotated[
 
 def real_devices(ports: list[str] | None, meter: str | None) -> "Devices":
     """The bench's own lines, not open yet."""
-    from muscle_bayes.bench.ports import PortFinder
+    from muscle_bayes.bench.boards.ports import PortFinder
 
     return PortFinder(tuple(ports or ()), meter).devices()
 

@@ -9,11 +9,11 @@ import typer
 from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, write_json
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.simulation.overheating import Outcome as Overheating
-    from muscle_bayes.bench.simulation.stuck_meter import StuckOutcome
     from muscle_bayes.bench.trials.failures import Outcome
     from muscle_bayes.bench.trials.fuzz import FuzzReport
+    from muscle_bayes.bench.trials.overheating import Outcome as Overheating
     from muscle_bayes.bench.trials.streaming import StreamReport
+    from muscle_bayes.bench.trials.stuck_meter import StuckOutcome
 
 
 def bench_test(
@@ -47,11 +47,11 @@ def bench_test(
         muscle-bayes bench-test
         muscle-bayes bench-test --failures 24 --stuck 6 --overheating 2 --fuzz 10000 --minutes 1
     """
-    from muscle_bayes.bench.simulation.overheating import run_all as overheat_all
-    from muscle_bayes.bench.simulation.stuck_meter import stick_all
     from muscle_bayes.bench.trials.failures import inject_all
     from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
+    from muscle_bayes.bench.trials.overheating import run_all as overheat_all
     from muscle_bayes.bench.trials.streaming import stream
+    from muscle_bayes.bench.trials.stuck_meter import stick_all
     from muscle_bayes.progress import shares, shown_progress
 
     report: dict[str, Any] = {"seed": seed}
@@ -128,8 +128,8 @@ def _tell_overheating(outcomes: "list[Overheating]") -> bool:
     from rich.console import Console
     from rich.table import Table
 
-    from muscle_bayes.bench.protocol import Fault
-    from muscle_bayes.bench.simulation.overheating import HOTTEST
+    from muscle_bayes.bench.boards.protocol import Fault
+    from muscle_bayes.bench.trials.overheating import HOTTEST
 
     table = Table("sensor or host", "tried", "hottest tube, C", "heated for, s", "ended by")
     for name in dict.fromkeys(outcome.trial for outcome in outcomes):

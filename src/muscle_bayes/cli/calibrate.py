@@ -20,8 +20,8 @@ from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.clock import Clock
-    from muscle_bayes.bench.devices import Devices
+    from muscle_bayes.bench.boards.clock import Clock
+    from muscle_bayes.bench.boards.devices import Devices
 
 _PERIOD = 0.02
 _SHOWN_EVERY = 0.2
@@ -57,7 +57,7 @@ def calibrate(
         muscle-bayes calibrate --stops -1.2 1.2
         muscle-bayes calibrate --simulate
     """
-    from muscle_bayes.bench.calibration import calibrate as calibrate_from
+    from muscle_bayes.bench.boards.calibration import calibrate as calibrate_from
 
     angles = stops or _stops(rig, simulate)
     if not angles[0] < angles[1]:
@@ -89,7 +89,7 @@ def calibrate(
 
 
 def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:
-    from muscle_bayes.bench.sequence_file import read_rig
+    from muscle_bayes.bench.sequences.sequence_file import read_rig
 
     if simulate:
         return simulated_rig(rig).fixture.stops
@@ -106,8 +106,8 @@ def _turn(devices: "Devices", wanted: int, timeout: float) -> list[float]:
     """Readings at the endstops, counts, as the rotor is turned."""
     from rich.console import Console
 
-    from muscle_bayes.bench.calibration import EndstopFinder
-    from muscle_bayes.bench.samples import SampleStream
+    from muscle_bayes.bench.boards.calibration import EndstopFinder
+    from muscle_bayes.bench.boards.samples import SampleStream
 
     clock: Clock = devices.clock
     finder = EndstopFinder()

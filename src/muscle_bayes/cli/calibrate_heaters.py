@@ -40,7 +40,7 @@ def calibrate_heaters(
         muscle-bayes calibrate-heaters --room 22
         muscle-bayes calibrate-heaters --side a --simulate
     """
-    from muscle_bayes.bench.tube_calibration import calibrate_tube
+    from muscle_bayes.bench.heat.tube_calibration import calibrate_tube
 
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())

@@ -30,9 +30,9 @@ def flash(
         muscle-bayes flash
         muscle-bayes flash --port /dev/ttyUSB0 --hex firmware/build/firmware.hex
     """
-    from muscle_bayes.bench.board import Board
-    from muscle_bayes.bench.clock import RealClock
-    from muscle_bayes.bench.flashing import (
+    from muscle_bayes.bench.boards.board import Board
+    from muscle_bayes.bench.boards.clock import RealClock
+    from muscle_bayes.bench.boards.flashing import (
         SHIPPED,
         check_program,
         choose_port,
@@ -40,8 +40,8 @@ def flash(
         refuse_unfit,
         usb_ports,
     )
-    from muscle_bayes.bench.flashing import flash as load
-    from muscle_bayes.bench.transport import board_transport
+    from muscle_bayes.bench.boards.flashing import flash as load
+    from muscle_bayes.bench.boards.transport import board_transport
 
     if hex is not None and not hex.is_file():
         raise MuscleBayesError(f"{hex}: no such file. Fix: run `make firmware`.")

@@ -22,9 +22,9 @@ from muscle_bayes.cli.common import JsonOption, SeedOption, writable_folder, wri
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.recorder import Outcome
-    from muscle_bayes.bench.sequence import Sequence
-    from muscle_bayes.bench.session import Session
+    from muscle_bayes.bench.recording.recorder import Outcome
+    from muscle_bayes.bench.recording.session import Session
+    from muscle_bayes.bench.sequences.sequence import Sequence
 
 
 def record(
@@ -63,8 +63,8 @@ def record(
     """
     from time import perf_counter
 
-    from muscle_bayes.bench.live import TerminalView
-    from muscle_bayes.bench.sequence_file import read_sequence
+    from muscle_bayes.bench.recording.live import TerminalView
+    from muscle_bayes.bench.sequences.sequence_file import read_sequence
 
     begun = perf_counter()
     wanted = read_sequence(sequence)
@@ -106,7 +106,7 @@ def record(
 def _simulated(
     wanted: "Sequence", path: Path, out: Path, rig: Path | None, seed: int, report: dict[str, Any]
 ) -> Iterator["Session"]:
-    from muscle_bayes.bench.session import Session
+    from muscle_bayes.bench.recording.session import Session
     from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
     from muscle_bayes.bench.simulation.recording import (
         NOTES,
@@ -152,9 +152,9 @@ def _measured(
 ) -> Iterator["Session"]:
     from time import time
 
-    from muscle_bayes.bench.operator import Keyboard
-    from muscle_bayes.bench.sequence_file import read_rig
-    from muscle_bayes.bench.session import Session
+    from muscle_bayes.bench.recording.operator import Keyboard
+    from muscle_bayes.bench.recording.session import Session
+    from muscle_bayes.bench.sequences.sequence_file import read_rig
 
     tables = {} if rig is None else read_rig(rig)
     devices = real_devices(ports, meter)
@@ -179,7 +179,13 @@ def _plotted(session: "Session") -> Iterator[None]:
     import sys
 
     names = [plan.name for plan in session.plans()]
-    arguments = [sys.executable, "-m", "muscle_bayes.bench.live_plot", str(session.folder), *names]
+    arguments = [
+        sys.executable,
+        "-m",
+        "muscle_bayes.bench.recording.live_plot",
+        str(session.folder),
+        *names,
+    ]
     window = subprocess.Popen(arguments, stdin=subprocess.DEVNULL)
     try:
         yield
@@ -190,7 +196,7 @@ def _plotted(session: "Session") -> Iterator[None]:
 
 def _told(outcome: "Outcome", out: Path) -> dict[str, Any]:
     """Print how a run went and give it as JSON."""
-    from muscle_bayes.bench.settling import settlings
+    from muscle_bayes.bench.heat.settling import settlings
     from muscle_bayes.data import read_run
 
     path = out / f"{outcome.name}.csv"

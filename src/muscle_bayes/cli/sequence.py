@@ -59,8 +59,8 @@ def sequence(
         muscle-bayes sequence staircase --mass 0.139 --out staircase.toml
         muscle-bayes sequence sawtooth --room 22
     """
-    from muscle_bayes.bench.regimes import REGIMES, with_loads
-    from muscle_bayes.bench.sequence_file import read_rig, to_toml
+    from muscle_bayes.bench.sequences.regimes import REGIMES, with_loads
+    from muscle_bayes.bench.sequences.sequence_file import read_rig, to_toml
 
     if not 0.0 <= room <= 45.0:
         raise MuscleBayesError(f"--room {room:g}: no room. Fix: give 0 to 45 C.")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.bench.temperature_control import FULL_DUTY, HeaterLaw
+from muscle_bayes.bench.heat.temperature_control import FULL_DUTY, HeaterLaw
 from muscle_bayes.data.run import Run
 
 SHORTEST = 8.0

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
 
-from muscle_bayes.bench.temperature_control import HeaterLaw
+from muscle_bayes.bench.heat.temperature_control import HeaterLaw
 from muscle_bayes.control.certain_duty import Stretch, stretches
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError

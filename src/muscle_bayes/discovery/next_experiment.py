@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.bench import regimes
-from muscle_bayes.bench.sequence import Repeat, Stage
-from muscle_bayes.bench.sequence import Sequence as BenchSequence
-from muscle_bayes.bench.sequence_file import to_toml
+from muscle_bayes.bench.sequences import regimes
+from muscle_bayes.bench.sequences.sequence import Repeat, Stage
+from muscle_bayes.bench.sequences.sequence import Sequence as BenchSequence
+from muscle_bayes.bench.sequences.sequence_file import to_toml
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.model.problem import Lanes
 from muscle_bayes.inference.search.descent import Fitted

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
 
-from muscle_bayes.bench.heat_model import TubeModel
-from muscle_bayes.bench.protocol import ResetCause
+from muscle_bayes.bench.boards.protocol import ResetCause
+from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
 from muscle_bayes.bench.simulation.plant import Plant, TwinPlant

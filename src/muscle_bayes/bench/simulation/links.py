@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from muscle_bayes.bench.transport import TransportError
+from muscle_bayes.bench.boards.transport import TransportError
 
 
 class Device(Protocol):

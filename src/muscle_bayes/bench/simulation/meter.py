@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from muscle_bayes.bench.meter import REQUEST, format_answer
+from muscle_bayes.bench.meters.meter import REQUEST, format_answer
 from muscle_bayes.twin.rig import Meter
 from muscle_bayes.twin.sensors import ThermocoupleMeter
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from muscle_bayes.bench.heat_model import TubeModel
-from muscle_bayes.bench.protocol import ResetCause, crc16
+from muscle_bayes.bench.boards.protocol import ResetCause, crc16
+from muscle_bayes.bench.boards.transport import BOARD_BAUD
+from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.simulation.files import built
-from muscle_bayes.bench.transport import BOARD_BAUD
 from muscle_bayes.errors import MuscleBayesError
 
 FREQUENCY: Final = 16_000_000

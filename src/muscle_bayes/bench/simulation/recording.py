@@ -2,11 +2,11 @@
 
 from typing import Any, Final
 
-from muscle_bayes.bench.board import Board
-from muscle_bayes.bench.devices import Devices
-from muscle_bayes.bench.link import Link
-from muscle_bayes.bench.meter import Meter, MeterSource
-from muscle_bayes.bench.sequence import RIG_TABLES, Sequence
+from muscle_bayes.bench.boards.board import Board
+from muscle_bayes.bench.boards.devices import Devices
+from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.meters.meter import Meter, MeterSource
+from muscle_bayes.bench.sequences.sequence import RIG_TABLES, Sequence
 from muscle_bayes.bench.simulation.bench import SimulatedBench
 from muscle_bayes.bench.simulation.plant import TwinPlant
 from muscle_bayes.data import MuscleElement, NoElement, SpringElement

@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.protocol import ResetCause, encode
+from muscle_bayes.bench.boards.protocol import ResetCause, encode
+from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.processor import Processor
-from muscle_bayes.bench.temperature_control import PERIOD
 from muscle_bayes.bench.trials.host import HeatingHost
 
 ALLOWED: Final = 0.5

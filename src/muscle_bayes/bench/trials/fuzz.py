@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.protocol import (
+from muscle_bayes.bench.boards.protocol import (
     MESSAGES,
     Decoder,
     Field,

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
-from muscle_bayes.bench.board import Board, BoardError
-from muscle_bayes.bench.heating import Heating
-from muscle_bayes.bench.meter import Meter, first_reading
-from muscle_bayes.bench.protocol import Boot
-from muscle_bayes.bench.room import RoomError, far_from_room
-from muscle_bayes.bench.sequence import Stage
+from muscle_bayes.bench.boards.board import Board, BoardError
+from muscle_bayes.bench.boards.protocol import Boot
+from muscle_bayes.bench.heat.heating import Heating
+from muscle_bayes.bench.heat.room import RoomError, far_from_room
+from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.meters.meter import Meter, first_reading
+from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
-from muscle_bayes.bench.temperature_control import PERIOD
 
 ROOM: Final = 25.0
 """C"""

@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.board import Board
-from muscle_bayes.bench.protocol import ChecksumReport, Garbled, Sample, encode
+from muscle_bayes.bench.boards.board import Board
+from muscle_bayes.bench.boards.protocol import ChecksumReport, Garbled, Sample, encode
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.processor import FREQUENCY
 from muscle_bayes.bench.trials.host import HeatingHost

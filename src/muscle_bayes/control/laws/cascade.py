@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.bench.temperature_control import PERIOD, HeaterLaw
+from muscle_bayes.bench.heat.temperature_control import PERIOD, HeaterLaw
 from muscle_bayes.control.heater import FULL_DUTY
 from muscle_bayes.control.laws.feed import Feed
 from muscle_bayes.control.laws.law import Law, Measured

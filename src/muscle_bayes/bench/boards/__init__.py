@@ -1,0 +1,1 @@
+"""Two Arduino boards on serial lines: their protocol, clocks, ports and firmware."""

@@ -1,0 +1,62 @@
+"""A device that may go and come back."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final, Protocol
+
+from muscle_bayes.bench.boards.clock import Clock
+from muscle_bayes.errors import MuscleBayesError
+
+RETRY: Final = 1.0
+"""s between attempts to open a line again."""
+
+
+class Closable(Protocol):
+    """What a link holds."""
+
+    def close(self) -> None:
+        """Release the line; never raises."""
+        ...
+
+
+class Link[D: Closable]:
+    """A device, and how to open it again. `device` is None while it is away."""
+
+    def __init__(self, name: str, opener: Callable[[], D], clock: Clock) -> None:
+        self.name = name
+        self.device: D | None = None
+        self.problem = ""
+        """why it is away"""
+        self._opener = opener
+        self._clock = clock
+        self._next_try = 0.0
+
+    def open(self) -> D:
+        """Open it. Raises MuscleBayesError."""
+        self.device = self._opener()
+        return self.device
+
+    def lose(self, error: MuscleBayesError) -> None:
+        """It is gone: let go of it, to be opened again after a while."""
+        self.problem = str(error)
+        if self.device is not None:
+            self.device.close()
+        self.device = None
+        self._next_try = self._clock.now() + RETRY
+
+    def retry(self) -> D | None:
+        """Try to open it again where that is due; None if it stays away."""
+        if self._clock.now() < self._next_try:
+            return None
+        try:
+            return self.open()
+        except MuscleBayesError as error:
+            self.lose(error)
+            return None
+
+    def close(self) -> None:
+        """Never raises."""
+        if self.device is not None:
+            with suppress(MuscleBayesError):
+                self.device.close()
+        self.device = None

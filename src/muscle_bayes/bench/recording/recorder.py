@@ -1,0 +1,335 @@
+"""The loop that records one run: samples to rows, temperatures to duties, stages to setpoints."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import cycle
+from math import isfinite
+from typing import Any, Final, Literal
+
+from muscle_bayes.bench.boards.board import HeaterState
+from muscle_bayes.bench.boards.devices import Devices
+from muscle_bayes.bench.boards.protocol import explain
+from muscle_bayes.bench.boards.samples import SampleStream
+from muscle_bayes.bench.heat.heating import Heating
+from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.meters.meter import first_reading
+from muscle_bayes.bench.recording.guard import Guard, RecordingError
+from muscle_bayes.bench.recording.operator import Operator
+from muscle_bayes.bench.recording.rows import RowWriter
+from muscle_bayes.bench.recording.run_file import RunFile
+from muscle_bayes.bench.recording.status import NoView, Status, View, channel_status
+from muscle_bayes.bench.sequences.course import Course, describe
+from muscle_bayes.bench.sequences.sequence import Limits, RunPlan, Stop
+from muscle_bayes.bench.sequences.stop import StopWatch
+from muscle_bayes.data.sensor import sensor_of
+from muscle_bayes.errors import MuscleBayesError
+
+POLLS: Final = (0.003, 0.005, 0.007, 0.004, 0.006, 0.004)
+"""s between looks at the lines, by turns: at an even pace all samples might come as late as each
+other, and none would tell the board's clock. 29 ms in all: whatever the stream's period, looks fall on
+every millisecond of it sooner or later."""
+SHOWN_EVERY: Final = 0.25
+FIGURES_EVERY: Final = 60.0
+UNCALIBRATED_RISE: Final = 12.0
+"""Highest setpoint above the room for a heater that is not calibrated, C."""
+FIRST_READING: Final = 10.0
+"""s that the meter has for its first reading."""
+_HEATERS: Final = {
+    True: "Heaters are off;",
+    False: "The heater board does not answer: it switches its heaters off by itself within 0.5 s;",
+}
+
+
+class StoppedError(RecordingError):
+    """The operator stopped the recording."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went."""
+
+    name: str
+    rows: int
+    duration: float
+    """s between first and last row"""
+    complete: bool
+    reason: str
+    figures: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a run is recorded."""
+
+    limits: Limits = field(default_factory=Limits)
+    stop: Stop = field(default_factory=Stop)
+    period: float = 0.03
+    """s between rows"""
+    wall_time: Callable[[], float] | None = None
+    """Unix time, None where time is virtual"""
+
+
+class Recorder:
+    """Records one run on open devices; whatever ends it, the heaters go off first."""
+
+    def __init__(
+        self,
+        devices: Devices,
+        plan: RunPlan,
+        file: RunFile,
+        operator: Operator,
+        settings: Settings | None = None,
+        view: View | None = None,
+    ) -> None:
+        self._settings = settings = settings or Settings()
+        self._devices = devices
+        self._plan = plan
+        self._clock = devices.clock
+        self._file = file
+        self._operator = operator
+        self._view = view or NoView()
+        self._begun = self._clock.now()
+        room = file.metadata.fixture.room_temperature
+        self._heating = Heating(
+            (_needs(plan, file, "a"), _needs(plan, file, "b")),
+            room=room,
+            max_duty=settings.limits.max_duty,
+        )
+        self._stream = SampleStream(self._clock, settings.period, self._tell)
+        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell, room)
+        self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
+        self._sensor = sensor_of(file.metadata, [0])
+        self._stop = StopWatch(settings.stop, self._sensor)
+        self._rows = RowWriter(file, self._heating, settings.period, self._tell, self._heater_state)
+        self._asked_since = 0.0
+        self._next_control = self._next_shown = self._next_figures = 0.0
+
+    def run(self) -> Outcome:
+        """Record until the stages, a stop condition, the operator or a fault end it.
+
+        Raises RecordingError (StoppedError where the operator ended it); the rows so far are kept.
+        """
+        reason, complete = "interrupted", False
+        failure: MuscleBayesError | None = None
+        try:
+            self._start()
+            pauses = cycle(POLLS)
+            while not (over := self._turn()):
+                self._clock.sleep(next(pauses))
+            reason, complete = over, True
+        except MuscleBayesError as error:
+            failure, reason = error, str(error).rstrip(".")
+        finally:
+            off = self._guard.heaters_off()
+            self._end(complete, reason)
+        if failure is not None:
+            kind = StoppedError if isinstance(failure, StoppedError) else RecordingError
+            raise kind(f"{self._file.name}: {reason}. {_HEATERS[off]} {self._kept()}")
+        return Outcome(
+            self._file.name, self._rows.rows, self._rows.time, complete, reason, self._figures()
+        )
+
+    @property
+    def load(self) -> float:
+        """kg that hang."""
+        return self._course.load
+
+    def _start(self) -> None:
+        meter = self._devices.meter.device
+        assert meter is not None, "the devices are open"
+        self._heating.take(first_reading(meter, self._clock, FIRST_READING))
+        self._heating.begin(self._clock.now())
+        if self._heating.trouble is not None:
+            raise RecordingError(self._heating.trouble)
+        self._guard.start()
+        self._refuse_uncalibrated()
+        wall_time = self._settings.wall_time
+        self._tell(
+            "start",
+            stages=self._course.total,
+            unix_time=None if wall_time is None else round(wall_time(), 3),
+            **{
+                link.name: _plain(vars(link.device.identity))
+                for link in (self._devices.sensor, self._devices.heater)
+                if link.device is not None and link.device.identity is not None
+            },
+        )
+        now = self._clock.now()
+        self._next_control = now
+        self._next_figures = now + FIGURES_EVERY
+        self._begin_stage(now)
+
+    def _heater_state(self) -> tuple[HeaterState | None, bool | None]:
+        board = self._devices.heater.device
+        return (None, None) if board is None else (board.heat, board.fan)
+
+    def _refuse_uncalibrated(self) -> None:
+        """A board that does not know its tubes lets them get little warmer than the room."""
+        room = self._file.metadata.fixture.room_temperature
+        for channel in self._heating.channels:
+            highest = max(
+                (
+                    getattr(stage, f"setpoint_{channel.side}") or 0.0
+                    for stage in self._plan.once_through()
+                ),
+                default=0.0,
+            )
+            if channel.model.model is None and highest > room + UNCALIBRATED_RISE:
+                raise RecordingError(
+                    f"heater {channel.side.upper()} is not calibrated, and {highest:g} C is more "
+                    f"than {UNCALIBRATED_RISE:g} C above the room. Fix: run `muscle-bayes "
+                    "calibrate-heaters` once, with thermocouples and heaters in their tubes"
+                )
+
+    def _turn(self) -> str:
+        """One look at everything; why the run is over, or nothing."""
+        reason = self._take_samples()
+        now = self._clock.now()
+        if now >= self._next_control:
+            self._next_control = max(self._next_control + PERIOD, now - PERIOD)
+            self._control(now)
+            reason = reason or self._follow_course(now)
+        if now >= self._next_shown:
+            self._next_shown = now + SHOWN_EVERY
+            self._view.show(self._status(now))
+        if now >= self._next_figures:
+            self._next_figures = now + FIGURES_EVERY
+            self._tell("figures", **self._figures())
+            if not self._file.delay_known:
+                self._tell_delay()
+        return reason
+
+    def _take_samples(self) -> str:
+        for sample in self._guard.listen():
+            if self._course.logging:
+                self._rows.write(sample, self._guard.troubles)
+            if self._rows.origin is None:
+                continue
+            if reason := self._stop.reason(sample, self._rows.time):
+                return reason
+        return ""
+
+    def _control(self, now: float) -> None:
+        if self._guard.look(now):
+            self._course.restart(now)
+            self._heating.off()
+        limit = self._settings.limits.operator_timeout
+        alone = self._course.waiting and now - self._asked_since > limit
+        off = bool(self._guard.troubles) or alone
+        self._guard.command(self._heating.step(now, hold_off=off))
+        self._guard.recover(now)
+
+    def _follow_course(self, now: float) -> str:
+        key = self._operator.poll()
+        if key == "stop":
+            raise StoppedError("stopped by the operator")
+        if key == "go" and self._course.waiting:
+            stage = self._course.confirm(now)
+            pour_time = stage.pour_time if self._rows.origin is not None else 0.0  # over by then
+            self._file.change_load(self._rows.log_time(now), self._course.load, pour_time)
+            self._tell("load", mass=self._course.load, pour_time=stage.pour_time)
+        newest = self._stream.newest
+        if self._guard.troubles or newest is None:
+            return ""
+        if not self._course.is_over(now, self._heating.stable, newest.reading):
+            return ""
+        self._tell("stage over", number=self._course.number)
+        return self._begin_stage(now)
+
+    def _begin_stage(self, now: float) -> str:
+        stage = self._course.advance(now)
+        if stage is None:
+            return "all stages done"
+        self._heating.aim(stage)
+        self._guard.fan = stage.fan
+        self._tell("stage", number=self._course.number, what=describe(stage), note=stage.note)
+        if self._course.waiting:
+            assert stage.load is not None
+            self._asked_since = now
+            self._tell("load asked for", mass=stage.load)
+            self._operator.ask(stage.load, stage.pour_time)
+        return ""
+
+    def _end(self, complete: bool, reason: str) -> None:
+        with suppress(MuscleBayesError):  # on a full disk nothing more can be said
+            self._tell("end", complete=complete, reason=reason, **self._figures())
+            if told := self._summary(complete, reason):
+                self._file.note(f"Recording: {'; '.join(told)}.")
+            self._tell_delay()
+        self._file.close()
+
+    def _tell_delay(self) -> None:
+        if (lag := self._rows.meter_lag.mean) is not None:
+            self._file.tell_delay(lag)
+
+    def _summary(self, complete: bool, reason: str) -> list[str]:
+        counts, rows = self._stream.counts, self._rows
+        told = [] if complete else [f"ended early: {reason}"]
+        if rows.gaps:
+            told.append(f"{rows.gaps} gaps, the longest {rows.longest_gap:.1f} s")
+        for number, what in (
+            (counts.resets, "resets of the sensor board"),
+            (counts.lost, "samples lost"),
+            (self._guard.recoveries, "recoveries of the heater board"),
+        ):
+            if number:
+                told.append(f"{number} {what}")
+        return told
+
+    def _kept(self) -> str:
+        if self._file.rows == 0:
+            return "no row was recorded."
+        return f"{self._file.rows} rows are kept in {self._file.path}."
+
+    def _figures(self) -> dict[str, Any]:
+        meter = self._devices.meter.device
+        return {
+            "rows": self._rows.rows,
+            "gaps": self._rows.gaps,
+            "longest_gap": round(self._rows.longest_gap, 3),
+            "recoveries": self._guard.recoveries,
+            "meter_garbled": None if meter is None else meter.garbled,
+            **self._stream.figures(),
+        }
+
+    def _tell(self, kind: str, **facts: Any) -> None:
+        now = self._clock.now()
+        origin = self._rows.origin
+        time = None if origin is None else round(now - origin, 3)
+        self._file.event(kind, time=time, clock=round(now - self._begun, 3), **facts)
+
+    def _status(self, now: float) -> Status:
+        course, newest, stage = self._course, self._stream.newest, self._course.stage
+        board = self._devices.heater.device
+        hottest = self._heating.hottest
+        return Status(
+            name=self._file.name,
+            time=None if self._rows.origin is None else self._rows.time,
+            rows=self._rows.rows,
+            channels=tuple(map(channel_status, self._heating.channels)),
+            reading=None if newest is None else newest.reading,
+            angle=None if newest is None else float(self._sensor.coordinate(newest.reading)),
+            load=course.load,
+            stage="" if stage is None else describe(stage),
+            stage_number=course.number,
+            stages=course.total,
+            time_to_go=course.time_to_go(now, hottest if isfinite(hottest) else 25.0),
+            question=course.question,
+            troubles=self._guard.troubles,
+            faults=explain(board.faults) if board is not None and board.faults else "",
+            lost=self._stream.counts.lost,
+            resets=self._stream.counts.resets,
+        )
+
+
+def _needs(plan: RunPlan, file: RunFile, side: Literal["a", "b"]) -> bool:
+    """Whether a run cannot do without a side's thermocouple."""
+    element = getattr(file.metadata, f"element_{side}")
+    return plan.heats(side) or element.kind == "muscle"
+
+
+def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: int(value) if isinstance(value, int) else str(value) for key, value in facts.items()
+    }

@@ -1,0 +1,83 @@
+"""Samples and temperatures -> rows of a run, with the gaps between them told."""
+
+from collections.abc import Callable
+from typing import Final
+
+from muscle_bayes.bench.boards.board import HeaterState
+from muscle_bayes.bench.boards.samples import Tell, TimedSample
+from muscle_bayes.bench.heat.heating import Heating
+from muscle_bayes.bench.meters.meter_lag import MeterLag
+from muscle_bayes.bench.recording.run_file import Row, RunFile
+
+GAP: Final = 0.5
+"""Spacing of rows that is told as a gap, s, or ten periods."""
+
+
+class RowWriter:
+    """Writes a row a sample as long as every temperature that the run needs is known."""
+
+    def __init__(
+        self,
+        file: RunFile,
+        heating: Heating,
+        period: float,
+        tell: Tell,
+        heater: Callable[[], tuple[HeaterState | None, bool | None]] = lambda: (None, None),
+    ) -> None:
+        """`heater` gives what the heater board said last of heat and fan, None where it did not."""
+        self.origin: float | None = None
+        """host time of the first row, s"""
+        self.time = 0.0
+        """of the newest row, s after the first"""
+        self.gaps = 0
+        self.longest_gap = 0.0
+        self.meter_lag = MeterLag()
+        self._file = file
+        self._heating = heating
+        self._gap = max(GAP, 10 * period)
+        self._tell = tell
+        self._heater = heater
+
+    @property
+    def rows(self) -> int:
+        """Rows written."""
+        return self._file.rows
+
+    def log_time(self, now: float) -> float:
+        """Host time [s] on the log's clock; 0 before the first row."""
+        return 0.0 if self.origin is None else max(now - self.origin, 0.0)
+
+    def write(self, sample: TimedSample, causes: tuple[str, ...]) -> None:
+        """Write the row of a sample; `causes` go with a gap before it. Raises RunFileError."""
+        heating = self._heating
+        if heating.unknown:
+            return
+        first = self.origin is None
+        if self.origin is None:
+            self.origin = sample.time
+        time = round(sample.time - self.origin, 3)
+        if not first and time - self.time > self._gap:
+            self.gaps += 1
+            self.longest_gap = max(self.longest_gap, time - self.time)
+            self._tell("gap", start=self.time, end=time, causes=list(causes))
+        self.meter_lag.row(sample.time, heating.reading)
+        a, b = heating.channels
+        state, fan = self._heater()
+        self._file.append(
+            Row(
+                time=time,
+                temperature_a=a.temperature,
+                setpoint_a=a.control.setpoint,
+                stable_a=a.control.stable,
+                temperature_b=b.temperature,
+                setpoint_b=b.control.setpoint,
+                stable_b=b.control.stable,
+                update=heating.fresh,
+                reading=sample.reading,
+                duties=None if state is None else state.duties,
+                faults=None if state is None else int(state.faults),
+                fan=fan,
+            )
+        )
+        self.time = time
+        heating.fresh = False

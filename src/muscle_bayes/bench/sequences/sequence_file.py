@@ -1,0 +1,121 @@
+"""SEQUENCE.toml to a sequence, with errors that name file and key, and back."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from muscle_bayes.bench.sequences.sequence import RIG_TABLES, Repeat, RunPlan, Sequence, Stage
+from muscle_bayes.data import Element, Fixture, Metadata, Origin, Potentiometer, RunError
+from muscle_bayes.data.files import parse_toml, read_bytes
+from muscle_bayes.data.validation import explain
+from muscle_bayes.data.writer import toml_keys, toml_value
+
+
+class SequenceError(RunError):
+    """A SEQUENCE.toml, or a rig for it, that cannot be used: file, key, problem and mend."""
+
+
+class _Rig(BaseModel):
+    """The rig's tables of a file that may hold others."""
+
+    model_config = ConfigDict(frozen=True, strict=True)
+
+    fixture: Fixture | None = None
+    potentiometer: Potentiometer | None = None
+    element_a: Element | None = None
+    element_b: Element | None = None
+
+
+def read_sequence(path: Path) -> Sequence:
+    """Read SEQUENCE.toml. Raises RunError."""
+    return parse_sequence(read_bytes(path, "the sequence"), path)
+
+
+def parse_sequence(content: bytes, path: Path | str) -> Sequence:
+    """The sequence in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
+    try:
+        return Sequence.model_validate(parse_toml(content, path))
+    except ValidationError as error:
+        key, problem, mend = explain(error, Sequence)
+        raise SequenceError.at(path, problem, mend, key=key) from None
+
+
+def read_rig(path: Path) -> dict[str, Any]:
+    """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
+    try:
+        rig = _Rig.model_validate(parse_toml(read_bytes(path, "the rig"), path))
+    except ValidationError as error:
+        key, problem, mend = explain(error, _Rig)
+        raise SequenceError.at(path, problem, mend, key=key) from None
+    tables = {key: getattr(rig, key) for key in RIG_TABLES if getattr(rig, key) is not None}
+    if not tables:
+        raise SequenceError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
+    return tables
+
+
+def run_metadata(
+    sequence: Sequence,
+    path: Path | str,
+    origin: Origin,
+    rig: Mapping[str, Any],
+    load: float,
+    notes: str = "",
+) -> Metadata:
+    """`Sequence.metadata` with an error that names the file. Raises SequenceError."""
+    try:
+        return sequence.metadata(origin, rig, load, notes)
+    except ValidationError as error:
+        key, problem, mend = explain(error, Metadata)
+        mend = f"{mend}; or give --rig FILE; --simulate needs none"
+        raise SequenceError.at(path, problem, mend, key=key) from None
+
+
+def to_toml(sequence: Sequence, head: str = "") -> str:
+    """The sequence as TOML; what is as in the defaults is left out, `head` goes first as comment."""
+    content = sequence.model_dump(exclude_defaults=True, exclude={"stage", "run"})
+    scalars = {key: value for key, value in content.items() if not isinstance(value, dict)}
+    parts = [_comment(head), toml_keys({"format": 1, **scalars})]
+    for key, value in content.items():
+        if isinstance(value, dict):
+            parts.append(f"\n[{key}]\n{toml_keys(_with_kind(getattr(sequence, key), value))}")
+    parts += [f"\n[[stage]]\n{_block(block)}" for block in sequence.stage]
+    parts += [f"\n[[run]]\n{_run(run)}" for run in sequence.run]
+    return "".join(parts)
+
+
+def _comment(text: str) -> str:
+    return "".join(f"# {line}".rstrip() + "\n" for line in text.splitlines())
+
+
+def _with_kind(model: Any, table: dict[str, Any]) -> dict[str, Any]:
+    kind = getattr(model, "kind", None)
+    return table if kind is None else {"kind": kind, **table}
+
+
+def _block(block: Stage | Repeat) -> str:
+    table = dict(_said(block))
+    if isinstance(block, Stage):
+        return toml_keys(table)
+    del table["stages"]
+    return toml_keys(table) + f"stages = {_array(block.stages)}\n"
+
+
+def _run(run: RunPlan) -> str:
+    return toml_keys({"name": run.name, "load": run.load}) + f"stage = {_array(run.stage)}\n"
+
+
+def _array(blocks: tuple[Stage | Repeat, ...]) -> str:
+    return "[\n" + "".join(f"  {_inline(block)},\n" for block in blocks) + "]"
+
+
+def _inline(block: Stage | Repeat) -> str:
+    table = {key: toml_value(value) for key, value in _said(block).items()}
+    if isinstance(block, Repeat):  # an inline table may not span lines
+        table["stages"] = f"[{', '.join(map(_inline, block.stages))}]"
+    return f"{{ {', '.join(f'{key} = {value}' for key, value in table.items())} }}"
+
+
+def _said(block: Stage | Repeat) -> Mapping[str, Any]:
+    return block.model_dump(exclude_defaults=True)

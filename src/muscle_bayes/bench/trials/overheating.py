@@ -1,0 +1,322 @@
+"""Sensors that lie and hosts that heat on: how hot a tube gets, whatever is shown.
+
+The tubes and their heaters are the twin's, the firmware is the compiled one. In most trials a host
+without any judgement heats by the firmware's own leave; in the others it is the recorder's host.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from muscle_bayes.bench.boards.protocol import Decoder, Reply, ResetCause, encode, read_answer
+from muscle_bayes.bench.heat.room import RoomError
+from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
+from muscle_bayes.bench.trials.host import HeatingHost
+from muscle_bayes.twin.heater import HeaterTube
+from muscle_bayes.twin.rig import Rig
+
+HOTTEST: Final = 120.0
+"""What no tube may exceed, C."""
+WATCHED: Final = 150.0
+"""s for which a trial heats."""
+_FOR_GOOD: Final = 15.0
+"""s without heat after which a board will give none any more."""
+COMMAND_EVERY: Final = 0.1
+"""s between commands of the host without judgement."""
+
+Shown = Callable[[float, tuple[float, float]], tuple[float, float]]
+"""Time [s] and true temperatures -> what is reported [C]."""
+
+
+class TubesOnly:
+    """The twin's two heater tubes without a rotor: what these trials need of a plant."""
+
+    def __init__(self, rig: Rig | None = None) -> None:
+        self.rig = rig or Rig()
+        heater, room = self.rig.heater, self.rig.fixture.room_temperature
+        self.tubes = tuple(
+            HeaterTube(heater.full_rate, heater.cooling_time, room) for _ in range(2)
+        )
+
+    def advance(self, duties: tuple[float, float], duration: float) -> None:
+        for tube, duty in zip(self.tubes, duties, strict=True):
+            tube.advance(duty, duration)
+
+    def counts(self) -> int:
+        return 512
+
+    def temperatures(self) -> tuple[float, float]:
+        first, second = self.tubes
+        return first.temperature, second.temperature
+
+    def hang(self, mass: float) -> None:
+        """Nothing hangs here."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What followed."""
+
+    trial: str
+    seed: int
+    peak: float
+    """highest temperature of a tube, C"""
+    heated: float
+    """s until the last moment at which a heater was on"""
+    faults: int
+    """latched at the end"""
+    stopped: str
+    """why the recorder's host has given up, if it has"""
+
+    @property
+    def safe(self) -> bool:
+        return self.peak <= HOTTEST
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One way to overheat a tube."""
+
+    name: str
+    heat: Callable[[SimulatedBench, np.random.Generator, float], str]
+    """heats for a time [s]; says why the host has stopped, if it has"""
+
+
+def run(trial: Trial, seed: int = 0, watched: float = WATCHED) -> Outcome:
+    """Try it on a calibrated board and watch both tubes."""
+    random = np.random.default_rng([seed, *trial.name.encode()])
+    plant = TubesOnly()
+    with SimulatedBench(plant, seed) as bench:
+        peak, last_on = 0.0, 0.0
+
+        def watch(milliseconds: int) -> None:
+            nonlocal peak, last_on
+            peak = max(peak, *plant.temperatures())
+            if any(bench.heater.duties):
+                last_on = milliseconds * STEP
+
+        bench.listeners.append(watch)
+        stopped = trial.heat(bench, random, watched)
+        bench.clock.sleep(1.0)
+        faults = _faults(bench)
+        return Outcome(trial.name, seed, peak, last_on, faults, stopped)
+
+
+def _faults(bench: SimulatedBench) -> int:
+    """By the pins' own board: asked by a frame, in whatever protocol it was before."""
+    decoder = Decoder()
+    bench.heater_board.read(1 << 16)
+    bench.heater_board.write(b"\n" + encode(7, "DUTY", 0, 0, None, None))
+    bench.clock.sleep(0.2)
+    for message in decoder.feed(bench.heater_board.read(1 << 16)):
+        if isinstance(message, Reply) and message.sequence == 7:
+            return int(read_answer("DUTY", message)[2] or 0)
+    return 0
+
+
+# A host that heats whatever it is told.
+
+
+def _stuck(time: float, true: tuple[float, float]) -> tuple[float, float]:
+    return 25.0, 25.0
+
+
+def _flickering(time: float, true: tuple[float, float]) -> tuple[float, float]:
+    shown = 25.0 + 0.1 * (round(time / 0.4) % 2)
+    return shown, shown
+
+
+def _falling(time: float, true: tuple[float, float]) -> tuple[float, float]:
+    shown = max(25.0 - 0.1 * time, 15.0)
+    return shown, shown
+
+
+def _share(share: float) -> Shown:
+    def shown(time: float, true: tuple[float, float]) -> tuple[float, float]:
+        first, second = (25.0 + share * (t - 25.0) for t in true)
+        return first, second
+
+    return shown
+
+
+def _swapped(time: float, true: tuple[float, float]) -> tuple[float, float]:
+    return true[1], true[0]
+
+
+def _blind(
+    duty: int, shown: Shown, pause_every: float = 0.0, pause: float = 0.0, clear: bool = False
+) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
+    """Heats channel A with a duty, by framed commands that report what is shown."""
+
+    def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
+        off_for_good = _watch_for_the_end(bench)
+        begun = bench.clock.now()
+        bench.clock.sleep(0.05)
+        number = 0
+        while (now := bench.clock.now() - begun) < watched and not off_for_good():
+            temperatures = [round(10 * t) for t in shown(now, bench.plant.temperatures())]
+            bench.heater_board.write(encode(number % 65536, "DUTY", duty, 0, *temperatures))
+            if clear:
+                bench.heater_board.write(encode((number + 1) % 65536, "CLEAR"))
+            number += 2
+            if pause_every and now % pause_every < COMMAND_EVERY:
+                bench.clock.sleep(0.01)
+                bench.heater_board.write(encode(number % 65536, "DUTY", 0, 0, *temperatures))
+                bench.clock.sleep(pause)
+            else:
+                bench.clock.sleep(COMMAND_EVERY)
+            bench.heater_board.read(1 << 16)
+        return ""
+
+    return heat
+
+
+def _blind_with_resets(
+    cause: ResetCause,
+) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
+    """As that, and the board is reset every few seconds, before it can notice."""
+    part = _blind(255, _stuck)
+
+    def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
+        end = bench.clock.now() + watched
+        while bench.clock.now() < end:
+            part(bench, random, float(random.uniform(2.0, 6.0)))
+            bench.heater.reset(cause)
+            bench.clock.sleep(0.1)
+        return ""
+
+    return heat
+
+
+def _old(duty: int) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
+    """An old script that sets channel A's PWM again and again."""
+
+    def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
+        end = bench.clock.now() + watched
+        off_for_good = _watch_for_the_end(bench)
+        _answer(bench, 99)
+        while bench.clock.now() < end and not off_for_good():
+            for number in (3, 6, duty):
+                if not _answer(bench, number):
+                    bench.clock.sleep(0.1)
+        return ""
+
+    return heat
+
+
+def _watch_for_the_end(bench: SimulatedBench) -> Callable[[], bool]:
+    """Whether the heaters have been off for so long that the board will not heat again."""
+    last_on = bench.clock.now()
+
+    def off_for_good() -> bool:
+        nonlocal last_on
+        if any(bench.heater.duties):
+            last_on = bench.clock.now()
+        return bench.clock.now() - last_on > _FOR_GOOD
+
+    return off_for_good
+
+
+def _answer(bench: SimulatedBench, number: int) -> bool:
+    """Wait for the old protocol's question and answer it."""
+    heard = b""
+    for _ in range(200):
+        heard += bench.heater_board.read(4096)
+        if heard.rstrip(b"\r\n").endswith(b"w"):
+            bench.clock.sleep(0.002)
+            bench.heater_board.write(str(number).encode())
+            return True
+        bench.clock.sleep(0.001)
+    return False
+
+
+# The recorder's host.
+
+
+def _hosted(
+    strike: Callable[[SimulatedBench, np.random.Generator], None],
+    before: float = 0.0,
+    setpoints: tuple[float, float] = (95.0, 90.0),
+) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
+    """The recorder's control heats for a time [s], then something happens to the meter."""
+
+    def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
+        if not before:
+            strike(bench, random)
+            bench.clock.sleep(0.5)
+        try:
+            host = HeatingHost(bench, setpoints)
+        except RoomError as error:
+            return str(error)
+        host.run(before)
+        if before:
+            strike(bench, random)
+        host.run(watched - before)
+        return host.stopped or ""
+
+    return heat
+
+
+def _shows(change: Shown) -> Callable[[SimulatedBench, np.random.Generator], None]:
+    """The meter shows changed temperatures from now on."""
+
+    def strike(bench: SimulatedBench, random: np.random.Generator) -> None:
+        bench.meter_device.shows = change
+
+    return strike
+
+
+def _fahrenheit(time: float, true: tuple[float, float]) -> tuple[float, float]:
+    return 1.8 * true[0] + 32.0, 1.8 * true[1] + 32.0
+
+
+def _freeze(bench: SimulatedBench, random: np.random.Generator) -> None:
+    bench.meter_device.frozen = True
+
+
+def _garble(bench: SimulatedBench, random: np.random.Generator) -> None:
+    bench.meter.garble_from = lambda data: random.bytes(len(data))
+
+
+TRIALS: Final[tuple[Trial, ...]] = (
+    Trial("board: stuck at 25.0 C, full duty", _blind(255, _stuck)),
+    Trial("board: stuck, 30 ms pause every 6 s", _blind(255, _stuck, 6.0, 0.03)),
+    Trial("board: stuck, pause every 0.3 s", _blind(255, _stuck, 0.3, 0.03)),
+    Trial("board: flickers by 0.1 C, full duty", _blind(255, _flickering)),
+    Trial("board: readings fall, full duty", _blind(255, _falling)),
+    Trial("board: stuck, half duty", _blind(127, _stuck)),
+    Trial("board: stuck, duty 110", _blind(110, _stuck)),
+    Trial("board: shows 40 % of the rise, full duty", _blind(255, _share(0.4))),
+    Trial("board: shows 40 % of the rise, half duty", _blind(127, _share(0.4))),
+    Trial("board: thermocouples swapped, full duty", _blind(255, _swapped)),
+    Trial("board: stuck, faults cleared each time", _blind(255, _stuck, clear=True)),
+    Trial("board: stuck, reset every few s", _blind_with_resets(ResetCause.EXTERNAL)),
+    Trial("board: stuck, power cut every few s", _blind_with_resets(ResetCause.POWER_ON)),
+    Trial("board: old protocol, full duty", _old(255)),
+    Trial("board: old protocol, half duty", _old(127)),
+    Trial("board: old protocol, duty 110", _old(110)),
+    Trial("host: meter off its tubes, flickers by 0.1 C", _hosted(_shows(_flickering))),
+    Trial("host: meter in Fahrenheit", _hosted(_shows(_fahrenheit))),
+    Trial("host: meter shows 40 % of the rise", _hosted(_shows(_share(0.4)))),
+    Trial("host: meter shows 25 % of the rise", _hosted(_shows(_share(0.25)))),
+    Trial("host: thermocouples swapped", _hosted(_shows(_swapped))),
+    Trial("host: meter stuck while holding", _hosted(_freeze, 60.0)),
+    Trial("host: readings fall while holding", _hosted(_shows(_falling), 60.0)),
+    Trial("host: random answers while holding", _hosted(_garble, 60.0)),
+)
+
+
+def run_all(
+    count: int,
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda share: None,
+    trials: Sequence[Trial] = TRIALS,
+) -> list[Outcome]:
+    """So many trials, the kinds by turns."""
+    outcomes = []
+    for number in range(count):
+        outcomes.append(run(trials[number % len(trials)], seed + number // len(trials)))
+        progress((number + 1) / count)
+    return outcomes
