@@ -14,7 +14,7 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.muscle_prior import COLD, HOT, strain_under
 from muscle_bayes.inference.model.problem import Lanes, Problem, pose
-from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.schedule import Schedule

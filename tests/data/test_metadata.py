@@ -38,7 +38,7 @@ def test_elements_by_kind(tmp_path):
     arm = 'kind = "arm"\nmass = 0.49\ncentre_distance = 0.1\n'
     toml = TOML.replace('kind = "none"', arm)
     element = parse_metadata(toml.encode(), tmp_path / "a.toml").element_b
-    assert element == ArmElement(mass=0.49, centre_distance=0.1, hanging_angle=0.0)
+    assert element == ArmElement(mass=0.49, centre_distance=0.1)
 
 
 def test_constructed_in_python_is_checked_too():

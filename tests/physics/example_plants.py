@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from muscle_bayes.physics.element import Element, Muscle, NoElement, ReferenceSpring
+from muscle_bayes.physics.elements import Element, Muscle, NoElement, ReferenceSpring
 from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters

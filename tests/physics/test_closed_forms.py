@@ -21,7 +21,7 @@ from example_plants import (
     spring_plant,
 )
 
-from muscle_bayes.physics.element import Arm, ReferenceSpring
+from muscle_bayes.physics.elements import Arm, ReferenceSpring
 from muscle_bayes.physics.friction import CoulombFriction, LinearFriction
 from muscle_bayes.physics.linkage import Drum, Pins, Straight
 from muscle_bayes.physics.plant import Drive
@@ -240,7 +240,7 @@ def test_pins_are_where_the_drawing_puts_them(mirror):
 
 
 def test_an_arm_swings_as_a_pendulum():
-    arm = Arm(mass=0.2, centre_distance=0.15, hanging_angle=0.3)
+    arm = Arm.of_mass(0.2, 0.15, 0.3)
     frictionless = CoulombFriction(jnp.asarray(0.0))
     made = plant(arm, inertia=0.001, friction=frictionless, stops=(-9.0, 9.0))
     rate = sqrt(0.2 * G * 0.15 / (0.001 + 0.2 * 0.15**2))

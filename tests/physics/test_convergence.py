@@ -7,7 +7,7 @@ import pytest
 from example_plants import creep, muscle_plant, plant, release, schedule, spring_plant
 
 from muscle_bayes.physics.effects import FirstCycleSet, SecondRelaxation
-from muscle_bayes.physics.element import Element
+from muscle_bayes.physics.elements import Element
 
 
 def slopes(errors, ratio):

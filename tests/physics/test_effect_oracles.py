@@ -40,7 +40,7 @@ from muscle_bayes.physics.effects import (
     ThermalLag,
     ViscousFriction,
 )
-from muscle_bayes.physics.element import Instant, NoElement
+from muscle_bayes.physics.elements import Instant, NoElement
 from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.memory import rested
 from muscle_bayes.physics.plant import Drive

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from example_plants import DISC, SPRING_PINS, D, J, plant, release, schedule, spring_plant
 
-from muscle_bayes.physics.element import Arm
+from muscle_bayes.physics.elements import Arm
 
 G, LOAD, START = 9.80665, 0.14, -0.25
 
@@ -22,7 +22,7 @@ def energy(q, speed, arm):
 @pytest.mark.parametrize("arm", [False, True])
 def test_energy_falls_by_friction_times_path(arm):
     spring = spring_plant()
-    made = plant(spring.side_a, Arm(0.05, 0.1, 0.2)) if arm else spring
+    made = plant(spring.side_a, Arm.of_mass(0.05, 0.1, 0.2)) if arm else spring
     time = np.linspace(0.0, 5.0, 5001)
     seen = release(made, schedule(time, load=LOAD), START)
     q = np.concatenate([[START], seen.sensed])

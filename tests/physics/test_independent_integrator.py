@@ -25,7 +25,7 @@ from reference_solver import (
 )
 
 from muscle_bayes.physics.effects import CoilContact
-from muscle_bayes.physics.element import ReferenceSpring
+from muscle_bayes.physics.elements import ReferenceSpring
 from muscle_bayes.physics.linkage import Pins
 
 CONTACT = (150.0, 0.02)

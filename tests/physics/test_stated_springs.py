@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.conventions import SPRING_INTERCEPT, SPRING_MIN_LENGTH, SPRING_RATE
-from muscle_bayes.physics.element import Instant, ReferenceSpring, Spring, TorsionSpring
+from muscle_bayes.physics.elements import Instant, ReferenceSpring, Spring, TorsionSpring
 from muscle_bayes.physics.linkage import Pins, Straight
 from muscle_bayes.physics.solvers.play import play
 
@@ -20,14 +20,15 @@ def at(q: float, speed: float = 0.0) -> Instant:
 def test_the_reference_spring_stated_in_numbers_is_the_reference_spring() -> None:
     pins = Pins(0.03, 0.03, 0.05, 1.0)
     free = -SPRING_INTERCEPT / SPRING_RATE
-    stated = Spring(pins, SPRING_RATE, free, SPRING_MIN_LENGTH, 0.0)
+    shape = {"damping": 0.0, "free_length": free, "closed_length": SPRING_MIN_LENGTH}
+    stated = Spring(pins, SPRING_RATE, **shape)
     for q in np.linspace(-1.2, 1.2, 25):
         expected = ReferenceSpring(pins).force(at(q), ())
         np.testing.assert_allclose(stated.force(at(q), ()), expected, rtol=1e-9, atol=1e-12)
 
 
 def test_springs_and_dampers_are_linear() -> None:
-    spring = Spring(Straight(0.1, 1.0), 356.0, 0.08, None, 8.4)
+    spring = Spring(Straight(0.1, 1.0), 356.0, damping=8.4, free_length=0.08)
     assert spring.force(at(0.01, 0.2), ()) == pytest.approx(-(356.0 * 0.03 + 8.4 * 0.2))
     assert spring.force(at(-0.05), ()) == pytest.approx(356.0 * 0.03)  # it pushes
     torsion = TorsionSpring(0.5, 0.02, 0.1)

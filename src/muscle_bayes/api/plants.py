@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
+import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
+from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.inference.records.rig import has_muscle, rig, with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
@@ -29,7 +31,8 @@ def plant_of(
     Args:
         run: as `read_runs` gives it.
         values: J [kg m^2 or kg], D [N m or N; N m s or N s/m where friction is linear], Table 2's
-            nine where the run has a muscle, and each effect's as `effect.parameter`. Others, such as
+            nine where the run has a muscle, what the metadata leave open as `table.key`, such as
+            element_a.rate, and each effect's as `effect.parameter`. Others, such as
             a posterior's noise, may be there and are not used.
         friction: "coulomb" or "linear", as in `fit`.
         effects: names of effects, in the order in which they act.
@@ -46,7 +49,12 @@ def plant_of(
         >>> mb.plant_of(run, {"J": 1.24e-3, "D": 5.46e-3}).rotor_inertia
         0.00124
     """
-    needed = ["J", "D", *(MUSCLE_PARAMETERS if has_muscle(run) else ())]
+    stated = run.metadata.fixture.inertia is not None
+    needed = [*([] if stated else ["J"]), "D", *(MUSCLE_PARAMETERS if has_muscle(run) else ())]
+    parts = {
+        f"{place}.{key}" for place, p in parts_of(run.metadata).items() for key in p.estimated()
+    }
+    needed += sorted(parts)
     needed += [f"{name}.{key}" for name in effects for key in effect_type(name).parameters]
     if missing := [name for name in needed if name not in values]:
         raise MuscleBayesError(f"{run.name}: no value for {', '.join(missing)}. Fix: give it.")
@@ -56,7 +64,8 @@ def plant_of(
         else None
     )
     law = FRICTION_LAWS[friction](values["D"])
-    plant = with_parameters(rig(run.metadata), values["J"], law, muscle)
+    own = {name: jnp.asarray(values[name]) for name in parts}
+    plant = with_parameters(rig(run.metadata), values.get("J"), law, muscle, own)
     for name in effects:
         kind = effect_type(name)
         plant = plant + kind(**{key: values[f"{name}.{key}"] for key in kind.parameters})

@@ -15,7 +15,7 @@ from muscle_bayes.control.rest import at_rest, balanced, remembering_rest
 from muscle_bayes.control.rotor import Motion, advance
 from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
-from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.memory import Memory

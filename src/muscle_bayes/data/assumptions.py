@@ -6,6 +6,7 @@ from typing import Final
 
 from pydantic import BaseModel
 
+from muscle_bayes.data.elements import ArmElement
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import ZERO_UNCERTAINTY
 from muscle_bayes.data.tables import CONVERTER_BITS
@@ -80,21 +81,61 @@ def _read_clock(run: Run, prefix: str) -> str:
     return formats.get(run.clock, "")
 
 
-ASKED: Final = "not known: a fit asks for it"
-REFERENCE: Final = "the thesis' reference spring (eq. 12), if no key of the spring is stated"
-"""A spring's rate that is absent."""
+ESTIMATED: Final = "estimated, prior scaled from the run's own motion"
+"""What becomes of a parameter that metadata leave open."""
 
 
-def _spring(key: str, told: str, torsion: str = "") -> Callable[[Run, str], str]:
-    def say(run: Run, prefix: str) -> str:
-        element = getattr(run.metadata, prefix.rstrip("."))
-        if element.linkage == "torsion":
-            return torsion
-        if key == "zero" and (element.free_length or element.tension_at_zero) is not None:
-            return ""
-        return told
+def _spring(run: Run, prefix: str) -> str:
+    """A spring's rate, pull or damping."""
+    side = prefix.rstrip(".")[-1]
+    own = run.metadata.is_reference_spring(side)
+    return "the thesis' reference spring's (eq. 12)" if own else ESTIMATED
 
-    return say
+
+def _pull(run: Run, prefix: str) -> str:
+    element = getattr(run.metadata, prefix.rstrip("."))
+    return "as free_length has it" if element.free_length is not None else _spring(run, prefix)
+
+
+def _model(run: Run, prefix: str) -> str:
+    side = prefix.rstrip(".")[-1]
+    if not run.metadata.is_reference_spring(side):
+        return ""
+    return "reference: the fixture's own log names no other spring (eq. 12)"
+
+
+def _closed(run: Run, prefix: str) -> str:
+    element = getattr(run.metadata, prefix.rstrip("."))
+    own = run.metadata.is_reference_spring(prefix.rstrip(".")[-1])
+    return "" if own or element.linkage == "torsion" else "none, the spring pulls at any length"
+
+
+def _arm(run: Run, prefix: str) -> ArmElement:
+    return getattr(run.metadata, prefix.rstrip("."))
+
+
+def _moment(run: Run, prefix: str) -> str:
+    return "m g d" if _arm(run, prefix).mass is not None else ESTIMATED
+
+
+def _arm_inertia(run: Run, prefix: str) -> str:
+    if _arm(run, prefix).mass is not None:
+        return "m d^2"
+    return "part of J" if run.metadata.fixture.inertia is None else ESTIMATED
+
+
+def _hanging(run: Run, prefix: str) -> str:
+    arm = _arm(run, prefix)
+    return "0 rad" if (arm.mass or arm.moment) is not None else ESTIMATED
+
+
+def _drive(run: Run, prefix: str) -> str:
+    motor = run.metadata.drive_unit.kind not in ("force", "torque")
+    return f"gain and offset {ESTIMATED}" if motor else ""
+
+
+def _back_emf(run: Run, prefix: str) -> str:
+    return ESTIMATED if run.metadata.drive_unit.kind in ("voltage", "duty") else ""
 
 
 _Said = str | Callable[[Run, str], str]
@@ -110,7 +151,9 @@ ABSENT: Final[dict[str, _Said]] = {
     "Metadata.log": "",
     "Metadata.element_b": "none",
     "Metadata.load": _where(lambda run: not run.metadata.has_load, "nothing hangs on the rig"),
+    "Metadata.drive": _drive,
     "Fixture.motion": "rotary",
+    "Fixture.inertia": "estimated (J)",
     "Fixture.rotor_radius_a": "",
     "Fixture.anchor_x_a": "",
     "Fixture.anchor_y_a": "",
@@ -152,10 +195,9 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.load_unit": _where(_names("load"), "kg"),
     "Columns.applied": "no known torque or force",
     "Columns.applied_unit": lambda run, prefix: (
-        ("N" if run.metadata.fixture.motion == "linear" else "N*m")
-        if _names("applied")(run)
-        else ""
+        run.metadata.drive_unit.text if _names("applied")(run) else ""
     ),
+    "Columns.applied_sign": _where(_names("applied"), "1"),
     "Columns.accept_units": "",
     "Load.unit": "kg",
     "MuscleElement.kind": "",
@@ -167,13 +209,21 @@ ABSENT: Final[dict[str, _Said]] = {
     "SpringElement.linkage": "pins",
     "SpringElement.drum_radius": "",
     "SpringElement.length_at_zero": "",
-    "SpringElement.rate": _spring("", REFERENCE, torsion=ASKED),
-    "SpringElement.free_length": _spring("zero", "as the rate"),
-    "SpringElement.tension_at_zero": _spring("", "", torsion=ASKED),
-    "SpringElement.closed_length": _spring("", "none, the spring pulls at any length"),
-    "SpringElement.damping": "none",
+    "SpringElement.model": _model,
+    "SpringElement.rate": _spring,
+    "SpringElement.free_length": "",
+    "SpringElement.tension_at_zero": _pull,
+    "SpringElement.closed_length": _closed,
+    "SpringElement.damping": _spring,
     "ArmElement.kind": "",
-    "ArmElement.hanging_angle": "0 rad",
+    "ArmElement.mass": "",
+    "ArmElement.centre_distance": "",
+    "ArmElement.moment": _moment,
+    "ArmElement.moment_of_inertia": _arm_inertia,
+    "ArmElement.hanging_angle": _hanging,
+    "Drive.gain": ESTIMATED,
+    "Drive.offset": ESTIMATED,
+    "Drive.back_emf": _back_emf,
     "NoElement.kind": "",
 }
 """Table and key -> what its absence means; empty where it bears on nothing."""

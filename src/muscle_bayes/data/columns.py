@@ -16,7 +16,7 @@ _UNITS: dict[str, tuple[Kind, ...]] = {
     "position_unit": ("counts", "angle", "length", "angular velocity", "velocity"),
     "temperature_unit": ("temperature",),
     "load_unit": ("mass",),
-    "applied_unit": ("force", "torque"),
+    "applied_unit": ("force", "torque", "current", "voltage", "duty"),
 }
 
 
@@ -49,9 +49,12 @@ class Columns(Table):
     load_unit: str | None = None
     """absent = kg; a unit of force is taken for the weight"""
     applied: ColumnName | None = None
-    """known torque, or force where motion is linear"""
+    """what drives the rig: a known torque (force where motion is linear), or the current, voltage or
+    duty of a motor, which [drive] turns into one"""
     applied_unit: str | None = None
     """absent = N*m, or N where motion is linear"""
+    applied_sign: Literal[1, -1] = 1
+    """-1 where a positive drive pulls against the coordinate"""
     accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_quantities)] = ()
     """columns whose unit is right although the header or the numbers speak against it"""
 

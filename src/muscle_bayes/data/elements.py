@@ -81,33 +81,35 @@ class MuscleElement(_Linked):
 
 
 class SpringElement(Table):
-    """A linear spring with a damper beside it; springs are not estimated yet.
+    """A linear spring with a damper beside it. Keys that are absent are estimated.
 
     pins, drum, straight: tension rate (L - free_length) + damping dL/dt, L of the linkage [m]
     torsion:              torque -(tension_at_zero + rate theta + damping omega) on the rotor
     """
 
     kind: Literal["spring"] = "spring"
+    model: Literal["linear", "reference"] = "linear"
+    """reference: the thesis' own spring (eq. 12), of which nothing is estimated"""
     linkage: SpringLinkage = "pins"
     drum_radius: Positive | None = None
     """m"""
     length_at_zero: Positive | None = None
     """m, length at coordinate zero"""
     rate: Positive | None = None
-    """N/m; N m/rad where linkage is torsion. None = the thesis' reference spring, where no key is
-    stated"""
+    """N/m; N m/rad where linkage is torsion. None = estimated"""
     free_length: Positive | None = None
-    """m, length at which the spring's line pulls with no force. None: see rate, unless
-    tension_at_zero says it"""
+    """m, length at which the spring's line pulls with no force. None = see tension_at_zero"""
     tension_at_zero: Finite | None = None
-    """N (N m where linkage is torsion), pull at coordinate zero; instead of free_length"""
+    """N (N m where linkage is torsion), pull at coordinate zero; instead of free_length. None =
+    estimated, where free_length is not stated"""
     closed_length: Positive | None = None
     """m, length at which the coils touch: shorter, the spring does not pull. None = none"""
     damping: NonNegative | None = None
-    """N s/m; N m s/rad where linkage is torsion. None = none"""
+    """N s/m; N m s/rad where linkage is torsion. None = estimated"""
 
     @model_validator(mode="after")
     def _keys_agree(self) -> "SpringElement":
+        self._check_model()
         _check_lengths(self, optional=("length_at_zero",) if self.linkage == "straight" else ())
         if self.free_length is not None and self.tension_at_zero is not None:
             raise ValueError(
@@ -127,17 +129,50 @@ class SpringElement(Table):
                 )
         return self
 
+    def _check_model(self) -> None:
+        if self.model != "reference":
+            return
+        if self.linkage == "torsion":
+            raise ValueError(
+                "linkage: the reference spring is none of torsion; use another linkage"
+            )
+        for key in ("rate", "free_length", "tension_at_zero", "closed_length", "damping"):
+            if getattr(self, key) is not None:
+                raise ValueError(
+                    f"{key}: the reference spring has its own; remove it, or model = 'reference'"
+                )
+
 
 class ArmElement(Table):
-    """Rigid pendulum arm: torque -m g d sin(theta - hanging_angle), inertia m d^2."""
+    """Rigid pendulum arm: torque -moment sin(theta - hanging_angle), and its inertia.
+
+    Mass and distance give both: moment = m g d, inertia m d^2. Else what is absent is estimated.
+    """
 
     kind: Literal["arm"] = "arm"
-    mass: Positive
+    mass: Positive | None = None
     """kg"""
-    centre_distance: Positive
+    centre_distance: Positive | None = None
     """m from the axis to the centre of mass"""
-    hanging_angle: Finite = 0.0
-    """rad, where the arm hangs at rest"""
+    moment: Positive | None = None
+    """m g d, N m, instead of mass and centre_distance. None of the three = estimated"""
+    moment_of_inertia: NonNegative | None = None
+    """kg m^2 about the axis. None = m d^2; without a mass it counts to J, and where fixture.inertia
+    states J it is estimated"""
+    hanging_angle: Finite | None = None
+    """rad, where the arm hangs at rest. None = 0 where mass or moment is stated, else estimated"""
+
+    @model_validator(mode="after")
+    def _keys_agree(self) -> "ArmElement":
+        for key, other in (("mass", "centre_distance"), ("centre_distance", "mass")):
+            if getattr(self, key) is None and getattr(self, other) is not None:
+                raise ValueError(
+                    f"{key}: missing, {other} is given; give both, or moment in N m instead, "
+                    "or neither where they are to be estimated"
+                )
+        if self.moment is not None and self.mass is not None:
+            raise ValueError("moment: given together with mass; keep what was measured")
+        return self
 
 
 class NoElement(Table):

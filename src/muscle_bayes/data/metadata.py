@@ -5,10 +5,10 @@ from typing import Literal
 from pydantic import model_validator
 
 from muscle_bayes.data.columns import Columns
-from muscle_bayes.data.elements import ArmElement, Element, NoElement, Table
+from muscle_bayes.data.elements import ArmElement, Element, NoElement, SpringElement, Table
 from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.tables import Fixture, Load, Potentiometer, Thermometer
-from muscle_bayes.data.units import COUNTS, Kind, Unit, examples, position_kinds, unit_of
+from muscle_bayes.data.tables import Drive, Fixture, Load, Potentiometer, Thermometer
+from muscle_bayes.data.units import COUNTS, Unit, drive_kinds, examples, position_kinds, unit_of
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free"]
 Origin = Literal["synthetic", "measured"]
@@ -34,6 +34,7 @@ class Metadata(Table):
     element_a: Element
     element_b: Element = NoElement()
     load: Load | None = None
+    drive: Drive | None = None
 
     @property
     def position_unit(self) -> str:
@@ -53,6 +54,29 @@ class Metadata(Table):
         return "velocity" if "velocity" in self.output.kind else "position"
 
     @property
+    def drive_unit(self) -> Unit:
+        """Unit of the logged drive, with its factor to SI."""
+        kinds = drive_kinds(self.fixture.motion)
+        stated = None if self.columns is None else self.columns.applied_unit
+        usual = "N" if self.fixture.motion == "linear" else "N*m"
+        unit = unit_of(stated or usual, kinds)
+        assert unit is not None, "Metadata guarantees a unit that fits the motion"
+        return unit
+
+    def is_reference_spring(self, side: str) -> bool:
+        """Whether a side holds the thesis' own spring (eq. 12).
+
+        Asked for by name, or a spring on pins of which nothing is stated in a log of the fixture's own
+        format: that fixture has no other.
+        """
+        element = getattr(self, f"element_{side}")
+        if not isinstance(element, SpringElement):
+            return False
+        stated = element.model_fields_set - {"kind", "linkage", "model"}
+        own = self.columns is None and element.linkage == "pins" and not stated
+        return element.model == "reference" or own
+
+    @property
     def has_load(self) -> bool:
         """Whether a load table or a load column says what hangs on the rig."""
         return self.load is not None or (self.columns is not None and self.columns.load is not None)
@@ -62,6 +86,7 @@ class Metadata(Table):
         self._check_position()
         self._check_columns()
         self._check_load()
+        self._check_drive()
         for side in ("a", "b"):
             self._check_element(side)
         return self
@@ -100,11 +125,11 @@ class Metadata(Table):
                         "log has none; give the column's number, the first being 1"
                     )
         if columns.applied_unit is not None:
-            fits: Kind = "force" if self.fixture.motion == "linear" else "torque"
-            if unit_of(columns.applied_unit, (fits,)) is None:
+            fits = drive_kinds(self.fixture.motion)
+            if unit_of(columns.applied_unit, fits) is None:
                 raise ValueError(
                     f"columns.applied_unit: {columns.applied_unit!r} does not fit fixture.motion = "
-                    f"{self.fixture.motion!r}; use one such as {examples((fits,))}"
+                    f"{self.fixture.motion!r}; use one such as {examples(fits)}"
                 )
 
     def _check_load(self) -> None:
@@ -114,6 +139,19 @@ class Metadata(Table):
             raise ValueError(
                 "fixture.disc_radius: missing, the rig is rotary and carries a load; "
                 "add disc_radius in m to [fixture]"
+            )
+
+    def _check_drive(self) -> None:
+        if self.drive is None:
+            return
+        if self.columns is None or self.columns.applied is None:
+            raise ValueError(
+                "drive: given, but no column is driven by it; name columns.applied, or remove [drive]"
+            )
+        if self.drive.back_emf is not None and self.drive_unit.kind not in ("voltage", "duty"):
+            raise ValueError(
+                f"drive.back_emf: a drive logged in {self.drive_unit.text} has none; "
+                "remove it, or correct columns.applied_unit"
             )
 
     def _check_element(self, side: str) -> None:

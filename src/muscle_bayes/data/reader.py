@@ -209,6 +209,8 @@ def _repair(
     blank = {key: mask[~bad_time] for key, mask in blank.items()}
     unwrap_counter(ledger, clock)
     _to_si(ledger, units, clock)
+    if metadata.columns is not None and "applied" in ledger.columns:
+        ledger.columns["applied"] = metadata.columns.applied_sign * ledger.columns["applied"]
     refuse_falling_time(ledger)
     check_magnitudes(ledger, units, metadata, clock)
     measured = {key: mask for key, mask in blank.items() if key not in HEATER_COLUMNS}
@@ -242,7 +244,7 @@ def _repair(
 
 
 def _to_si(ledger: Ledger, units: dict[str, ColumnUnit], clock: str) -> None:
-    """Columns in s, C, kg and N or N m; readings stay as logged."""
+    """Columns in s, C, kg, and N, N m, A, V or duty; readings stay as logged."""
     for key, column in units.items():
         if key == "reading" or key not in ledger.columns:
             continue

@@ -40,7 +40,8 @@ class Run:
 
     `table` holds float64 columns: time [s after the first row kept, rising], reading [in the log's
     own unit, as logged], temperature_a, temperature_b [C], setpoint_a, setpoint_b [C, NaN where
-    the log has none], load [kg], applied [N m, or N where motion is linear; 0 where none], duty_a,
+    the log has none], load [kg], applied [N m, N, A, V or duty, see
+    metadata.drive_unit; 0 where none], duty_a,
     duty_b [of 255], faults [bits] and fan [0 or 1], NaN where the log does not tell.
     """
 

@@ -27,6 +27,8 @@ class Fixture(Table):
     anchor_y_b: Finite | None = None
     disc_radius: Positive | None = None
     """R_d, m: radius at which the load's cable pulls"""
+    inertia: NonNegative | None = None
+    """of the moving part beyond arms and load, kg m^2 (kg where motion is linear); absent = estimated"""
     stops: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
     """lower and upper endstop, rad (m where motion is linear); absent = none"""
     room_temperature: Annotated[float, Field(gt=-50, lt=100)] = 25.0
@@ -74,6 +76,20 @@ class Thermometer(Table):
     unknown: fits take 0 and estimate it within delay_uncertainty"""
     delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
+
+
+class Drive(Table):
+    """How the logged drive u moves the rig: force = gain (u - offset) - back_emf speed.
+
+    Without this table a logged torque or force acts as logged. A key that is absent is estimated.
+    """
+
+    gain: Finite | None = None
+    """N m (N where motion is linear) per A, V, whole duty, or logged N m (N)"""
+    offset: Finite | None = None
+    """value of the drive's column at which nothing pulls, A, V, duty, N m or N"""
+    back_emf: NonNegative | None = None
+    """N m s (N s/m) that a motor on a voltage or duty loses per unit of speed"""
 
 
 Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]

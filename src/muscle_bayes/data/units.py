@@ -19,6 +19,9 @@ Kind = Literal[
     "mass",
     "force",
     "torque",
+    "current",
+    "voltage",
+    "duty",
 ]
 
 COUNTS: Final = "counts"
@@ -34,6 +37,9 @@ _KINDS: Final[dict[str, Kind]] = {
     "kilogram": "mass",
     "kilogram * meter / second ** 2": "force",
     "kilogram * meter ** 2 / second ** 2": "torque",
+    "ampere": "current",
+    "kilogram * meter ** 2 / ampere / second ** 3": "voltage",
+    "dimensionless": "duty",
 }
 _ALIASES: Final[dict[Kind, dict[str, str]]] = {
     "time": {
@@ -68,6 +74,7 @@ _ALIASES: Final[dict[Kind, dict[str, str]]] = {
         "kelvin": "kelvin",
     },
     "mass": {"kgs": "kg", "lbs": "lb"},
+    "duty": {"1": "duty", "%": "percent", "pwm": "duty"},
     "torque": {
         "nm": "N*m",
         "n.m": "N*m",
@@ -93,6 +100,10 @@ _COMMON: Final[dict[str, tuple[Kind, float, float]]] = {
     "kg": ("mass", 1.0, 0.0),
     "N": ("force", 1.0, 0.0),
     "N*m": ("torque", 1.0, 0.0),
+    "A": ("current", 1.0, 0.0),
+    "V": ("voltage", 1.0, 0.0),
+    "duty": ("duty", 1.0, 0.0),
+    "percent": ("duty", 0.01, 0.0),
 }
 """Known without pint, whose import takes a third of a second."""
 _AMBIGUOUS: Final = ("grad", "c")
@@ -111,6 +122,9 @@ EXAMPLES: Final[dict[Kind, str]] = {
     "mass": "kg, g, lb",
     "force": "N, mN, gf, kgf, lbf",
     "torque": "N*m, N*cm, mN*m, kgf*cm",
+    "current": "A, mA",
+    "voltage": "V, mV",
+    "duty": "duty, percent",
 }
 """Units of each kind that messages may show."""
 
@@ -136,6 +150,11 @@ class Unit:
             and abs(self.factor - other.factor) <= 1e-9 * abs(other.factor)
             and abs(self.offset - other.offset) <= 1e-6
         )
+
+
+def drive_kinds(motion: Motion) -> tuple[Kind, ...]:
+    """What a drive column of a rig with this motion may hold: its force first."""
+    return ("force" if motion == "linear" else "torque", "current", "voltage", "duty")
 
 
 def position_kinds(motion: Motion) -> tuple[Kind, ...]:

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from muscle_bayes.discovery.settling import HEATED
 from muscle_bayes.inference.search.descent import Fitted
 from muscle_bayes.inference.search.nested import Nested, values_at
-from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.elements import Muscle
 
 SIGNALS: dict[str, str] = {
     "T": "C",

@@ -60,6 +60,10 @@ class Scales(NamedTuple):
     """Tension of the elements [N]."""
     range: float
     """Range of the coordinate [rad or m]."""
+    rest: float = 0.0
+    """Middle of the coordinate's course [rad or m]."""
+    signal: float = 1.0
+    """RMS of the logged drive [its unit]; 1 where there is none."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
+from muscle_bayes.physics.actuators import Actuator, KnownForce
 from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
-from muscle_bayes.physics.element import Element, Instant, Muscle, through_port
+from muscle_bayes.physics.elements import Element, Instant, Muscle, through_port
 from muscle_bayes.physics.friction import FrictionLaw
 from muscle_bayes.physics.linkage import Scalar
 
@@ -28,7 +29,7 @@ class Drive(NamedTuple):
     load: Scalar
     """Hanging mass [kg]."""
     applied: Scalar
-    """Known generalised force [N m or N]."""
+    """Logged drive: a generalised force [N m or N], or what the actuator makes one of [A, V or duty]."""
 
 
 Pair = tuple[Scalar, Scalar]
@@ -68,6 +69,8 @@ class Plant(eqx.Module):
     side_b: Element
     load_lever: float
     stops: tuple[float, float]
+    actuator: Actuator = KnownForce()
+    """Turns what drives the plant into a generalised force."""
     effects: tuple[Effect | TemperatureFilter, ...] = ()
     memory: Mapping[str, Float[Array, "2"] | Pair] = eqx.field(default_factory=dict)
     """States of the effects with memory on sides A and B, by name; empty where nothing is remembered,
@@ -158,7 +161,8 @@ class Plant(eqx.Module):
         a, b = self.instants(q, speed, hyst, drive)
         elements = jnp.abs(self.side_a.force(a, effects)) + jnp.abs(self.side_b.force(b, effects))
         load = drive.load * GRAVITY * self.load_lever
-        return elements + jnp.abs(load) + jnp.abs(drive.applied)
+        driven = self.actuator.force(drive.applied, jnp.zeros_like(speed))
+        return elements + jnp.abs(load) + jnp.abs(driven)
 
     @eqx.filter_jit  # traced once wherever a program asks for it
     def force(self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:
@@ -167,7 +171,8 @@ class Plant(eqx.Module):
         a, b = self.instants(q, speed, hyst, drive)
         elements = self.side_a.force(a, effects) + self.side_b.force(b, effects)
         load = drive.load * GRAVITY * self.load_lever
-        smooth = elements + load + drive.applied - self.friction.viscous * speed
+        driven = self.actuator.force(drive.applied, speed)
+        smooth = elements + load + driven - self.friction.viscous * speed
         return through_port(effects, "torque", smooth, self.signals(q, speed, hyst, drive))
 
     def hyst_rates(

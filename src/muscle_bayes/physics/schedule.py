@@ -57,7 +57,7 @@ class Schedule(diffrax.AbstractPath):
     load: Float[Array, " interval"]
     """Hanging mass [kg]."""
     applied: Float[Array, " interval"]
-    """Known generalised force [N m or N]."""
+    """Logged drive [N m, N, A, V or duty]."""
 
     @classmethod
     def sampled(

@@ -88,7 +88,7 @@ def simulate(
     !!! example
 
         >>> import jax, jax.numpy as jnp
-        >>> from muscle_bayes.physics.element import NoElement, ReferenceSpring
+        >>> from muscle_bayes.physics.elements import NoElement, ReferenceSpring
         >>> from muscle_bayes.physics.friction import CoulombFriction
         >>> from muscle_bayes.physics.linkage import Pins
         >>> from muscle_bayes.physics.plant import Plant

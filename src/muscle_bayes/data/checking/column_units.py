@@ -8,7 +8,16 @@ from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import RawLog
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.reading.header import SaidUnit
-from muscle_bayes.data.units import Kind, Unit, any_unit, examples, is_unit, position_kinds, unit_of
+from muscle_bayes.data.units import (
+    Kind,
+    Unit,
+    any_unit,
+    drive_kinds,
+    examples,
+    is_unit,
+    position_kinds,
+    unit_of,
+)
 
 _KEYS: Final = {
     "time": "time_unit",
@@ -53,11 +62,10 @@ def default_unit(key: str, metadata: Metadata) -> str:
 
 def kinds_of(key: str, metadata: Metadata) -> tuple[Kind, ...]:
     """What a column may hold on this rig."""
-    force: Kind = "force" if metadata.fixture.motion == "linear" else "torque"
     kinds: dict[str, tuple[Kind, ...]] = {
         "time": ("time",),
         "load": ("mass",),
-        "applied": (force,),
+        "applied": drive_kinds(metadata.fixture.motion),
         "reading": position_kinds(metadata.fixture.motion),
     }
     return kinds.get(key, ("temperature",))

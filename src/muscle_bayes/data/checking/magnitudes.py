@@ -126,6 +126,8 @@ def _load(values: Floats, metadata: Metadata) -> str:
 
 
 def _applied(values: Floats, metadata: Metadata) -> str:
+    if metadata.drive_unit.kind not in ("force", "torque"):
+        return ""
     limit = STRONGEST[metadata.fixture.motion]
     strongest = float(np.percentile(np.abs(values), 99))
     if strongest > limit:

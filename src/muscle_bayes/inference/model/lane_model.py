@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.muscle_prior import completed, first_hyst, muscle_parameters
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.records.parts import PLACES
 from muscle_bayes.inference.records.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
@@ -43,13 +44,15 @@ def whole(values: Values, data: Data) -> Values:
 class Physical(NamedTuple):
     """What the plant of every lane shares."""
 
-    inertia: Array
-    """J."""
+    inertia: Array | None
+    """J; None where metadata state it."""
     friction: Array
     """D."""
     muscle: MuscleParameters | None
     effects: tuple[dict[str, Array], ...]
     """Parameters of each effect, in the layout's order."""
+    parts: dict[str, Array]
+    """What metadata leave open of elements and drive, as "table.key"."""
 
 
 def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
@@ -58,13 +61,19 @@ def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
         {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
         for name in layout.effects
     )
-    return Physical(values["J"], values["D"], muscle_of(values, data), effects)
+    parts = {name: values[name] for name in part_names(layout)}
+    return Physical(values.get("J"), values["D"], muscle_of(values, data), effects, parts)
+
+
+def part_names(layout: Layout) -> tuple[str, ...]:
+    """Sampled quantities that metadata leave open of elements and drive."""
+    return tuple(name for name, _ in layout.shapes if name.split(".")[0] in PLACES)
 
 
 def plant_of(rig: Plant, physical: Physical, layout: Layout) -> Plant:
     """A rig with its parameters filled in and the layout's effects added."""
     friction = FRICTION_LAWS[layout.friction](physical.friction)
-    plant = with_parameters(rig, physical.inertia, friction, physical.muscle)
+    plant = with_parameters(rig, physical.inertia, friction, physical.muscle, physical.parts)
     for name, parameters in zip(layout.effects, physical.effects, strict=True):
         plant = plant + effect_type(name)(**parameters)
     return plant
@@ -75,8 +84,8 @@ class Origin(NamedTuple):
 
     q: Float[Array, ""]
     """First coordinate that the sensor shows [rad or m]."""
-    speed: Float[Array, ""] | None
-    """First speed [rad/s or m/s]; None: at rest."""
+    speed: Float[Array, ""]
+    """First speed [rad/s or m/s]."""
     hyst: Float[Array, ""] | None
     """First sigma_hyst of both sides; None: no muscle."""
 
@@ -98,13 +107,15 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
         return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
+    nothing = jnp.zeros(lanes.run.shape)
     first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
-    speed, force = values.get(f"{regime}.speed"), values.get(f"{regime}.hyst_force")
-    if speed is not None:
-        speed = lanes.scale * speed[lanes.run] * (1.0 - lanes.released)
-    if force is None:
-        return Origin(lanes.scale * first, speed, None)
-    return Origin(lanes.scale * first, speed, first_hyst(force, values)[lanes.run])
+    slope = values.get(f"{regime}.speed")
+    slope = nothing if slope is None else slope[lanes.run] * (1.0 - lanes.released)
+    place = values.get(f"{regime}.place")
+    place = nothing if place is None else place[lanes.run]
+    q, speed = lanes.output.beginning(lanes.scale * first, lanes.scale * slope, place)
+    force = values.get(f"{regime}.hyst_force")
+    return Origin(q, speed, None if force is None else first_hyst(force, values)[lanes.run])
 
 
 @lru_cache(maxsize=64)
@@ -123,9 +134,9 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         elif regime == "slow":
             response = quasi_static_response(plant, schedule, q, both)
         else:
-            moving = jnp.zeros(()) if speed is None else speed
-            response = inertial_response(plant, schedule, q, moving, both)
-        return response._replace(averaged=response.averaged / lane.scale + lane.swing)
+            response = inertial_response(plant, schedule, q, speed, both)
+        shown = lane.output.shown(response) / lane.scale
+        return response._replace(averaged=shown + lane.swing)
 
     return simulate
 

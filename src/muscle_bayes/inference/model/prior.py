@@ -8,13 +8,17 @@ from numpyro import distributions as dist
 
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.model.standardised_normal import standardised
+from muscle_bayes.inference.records.course import course_of
+from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.inference.records.record import Record
 from muscle_bayes.inference.records.rig import (
     driving_force,
     first_strain,
     has_muscle,
+    restores,
     tension_lever,
 )
 from muscle_bayes.physics.effect import Scales
@@ -32,23 +36,24 @@ FIRST_FORCE_SPREAD = 0.7
 
 def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
     """Characteristic magnitudes of the runs: driving force, speed, tension, range of motion."""
-    force = max(driving_force(run) for run in runs)
-    speeds, ranges = [], []
-    for run, record in zip(runs, records, strict=True):
-        seen = record.weight > 0
-        q = run.sensor.coordinate(record.reading[seen])
-        ranges.append(float(np.ptp(q)))
-        speeds.append(np.quantile(np.abs(np.diff(q) / np.diff(record.time[seen])), 0.95))
-    speed, span = max(float(max(speeds)), 1e-9), max(*ranges, 1e-9)
+    courses = [course_of(run, record) for run, record in zip(runs, records, strict=True)]
+    speed = max(*(float(np.quantile(np.abs(one.speed), 0.95)) for one in courses), 1e-9)
+    span = max(*(float(np.ptp(one.q)) for one in courses), 1e-9)
+    forces = [driving_force(run) for run in runs]
+    levers = [max(tension_lever(run), 1e-6) for run in runs]
+    force, tension = max(forces), max(f / lever for f, lever in zip(forces, levers, strict=True))
     if force == 0.0:
         # Nothing that drives is stated: what turns a hand-sized rotor as these readings turn.
         force = HAND_SIZED * speed**2 / span
-    tension = max(driving_force(run) / max(tension_lever(run), 1e-6) for run in runs)
-    return Scales(force, speed, tension or UNSTATED_TENSION, span)
+        muscle = any(has_muscle(run) for run in runs)
+        tension = UNSTATED_TENSION if muscle else force / max(levers)
+    rest = float(np.mean([0.5 * (one.q.max() + one.q.min()) for one in courses]))
+    signals = [float((run.table["applied"] ** 2).mean() ** 0.5) for run in runs]
+    return Scales(force, speed, tension, span, rest, max(signals) or 1.0)
 
 
 def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:
-    """J and D.
+    """J and D; no J where the metadata of all runs state it.
 
     J spans four decades around a hand-sized rotor, or around the mass whose weight would drive a
     carriage; dry friction is some share of what drives the rotor, or linear friction some share of
@@ -56,7 +61,9 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
     """
     linear = any(run.metadata.fixture.motion == "linear" for run in runs)
     unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)
-    sites = {"J": Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")}
+    sites = {}
+    if any(run.metadata.fixture.inertia is None for run in runs):
+        sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
     if friction == "coulomb":
         unit, middle = ("N" if linear else "N m"), 0.05 * size.force
         meaning = "dry friction"
@@ -64,6 +71,26 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
         unit, middle = ("N s/m" if linear else "N m s"), 0.05 * size.force / size.speed
         meaning = "friction per unit speed"
     sites["D"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, meaning)
+    return sites
+
+
+def part_sites(runs: Sequence[Run], size: Scales) -> dict[str, Site]:
+    """What metadata leave open of elements and drive, as `table.key` of the metadata.
+
+    Runs that are fitted together share it. Raises MuscleBayesError where it means different things.
+    """
+    sites: dict[str, Site] = {}
+    kinds: dict[str, type] = {}
+    for run in runs:
+        for place, part in parts_of(run.metadata).items():
+            for key in part.estimated():
+                name, known = f"{place}.{key}", part.unknowns[key]
+                if kinds.setdefault(name, type(part)) is not type(part):
+                    raise MuscleBayesError(
+                        f"{name} is to be estimated, but [{place}] is something else in another run. "
+                        "Fix: fit these runs apart, or state it"
+                    )
+                sites[name] = Site(standardised(known.prior(size)), known.unit, known.meaning)
     return sites
 
 
@@ -88,7 +115,7 @@ def reading_noise(run: Run) -> float:
     reading = run.table["reading"].to_numpy()
     third = np.diff(reading, 3)
     spread = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
-    floor = 0.3 * run.sensor.resolution
+    floor = 0.3 * run.output_sensor.resolution
     return max(spread, floor, 1e-9 * float(np.ptp(reading)) + 1e-12)
 
 
@@ -119,18 +146,20 @@ def run_sites(
     discrepancy, it would widen the muscle's posterior by a third.
     """
     names = [run.name for run in runs]
-    quantum = np.array([run.sensor.resolution for run in runs])
+    quantum = np.array([run.output_sensor.resolution for run in runs])
     level = np.array([reading_noise(run) for run in runs])
     sites = {}
-    uncertain = np.array([run.sensor.zero_uncertainty for run in runs])
-    nominal = np.array([run.sensor.zero for run in runs])
+    uncertain = np.array([run.output_sensor.zero_uncertainty for run in runs])
+    nominal = np.array([run.output_sensor.zero for run in runs])
     if uncertain.any() or nominal.any():  # else all readings are of q itself
         spread = np.maximum(uncertain, EXACT * level)
         sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
     first = np.array([record.start_reading for record in records])
     spread = np.sqrt(level**2 + quantum**2 / 12.0)
     sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
-    if regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
+    if runs[0].measured == "velocity" and any(restores(run) for run in runs):
+        sites["place"] = _unmeasured_place(runs, records)
+    elif regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
         slope = np.array([record.start_speed for record in records])
         loose = np.abs(slope) + 10.0 * spread
         sites["speed"] = Site(
@@ -143,3 +172,12 @@ def run_sites(
             "force of HYST's spring at the first row",
         )
     return sites
+
+
+def _unmeasured_place(runs: Sequence[Run], records: Sequence[Record]) -> Site:
+    """First coordinate of runs whose rate is measured: such that they move about zero."""
+    courses = [course_of(run, record).q for run, record in zip(runs, records, strict=True)]
+    centre = np.array([-0.5 * (q.max() + q.min()) for q in courses])
+    spread = np.array([0.5 * np.ptp(q) + 1e-9 for q in courses])
+    unit = "m" if runs[0].metadata.fixture.motion == "linear" else "rad"
+    return Site(standardised(dist.Normal(centre, spread)), unit, "coordinate at the first row")

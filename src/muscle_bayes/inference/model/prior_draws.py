@@ -15,7 +15,6 @@ from muscle_bayes.inference.model.standardised_normal import StandardisedNormal
 
 SAMPLERS: dict[type[dist.Distribution], Callable[..., np.ndarray]] = {
     dist.Normal: lambda rng, size, loc, scale: rng.normal(loc, scale, size),
-    StandardisedNormal: lambda rng, size, loc, scale: rng.normal(loc, scale, size),
     dist.LogNormal: lambda rng, size, loc, scale: rng.lognormal(loc, scale, size),
     dist.HalfNormal: lambda rng, size, scale: np.abs(rng.normal(0.0, scale, size)),
     dist.HalfCauchy: lambda rng, size, scale: np.abs(scale * rng.standard_cauchy(size)),
@@ -47,7 +46,7 @@ def _drawn(
     kind: type[dist.Distribution],
     parameters: dict[str, Any],
 ) -> Float[np.ndarray, "draw ..."]:
-    sampler = SAMPLERS.get(kind)
+    sampler = SAMPLERS.get(dist.Normal if issubclass(kind, StandardisedNormal) else kind)
     if sampler is None:  # of an effect that is not ours
         key = jax.random.key(rng.integers(2**31))
         prior = parameters.get(WHOLE) or kind(**parameters)

@@ -20,10 +20,11 @@ from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.records.open_delay import delay_prior
 from muscle_bayes.inference.records.record import Record, is_slow, record_of, segments
-from muscle_bayes.inference.records.rig import has_muscle, rig
+from muscle_bayes.inference.records.rig import has_muscle, output_of, rig
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.outputs import Output
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
@@ -40,6 +41,8 @@ class Lanes(NamedTuple):
     """Runs (or segments) of one regime and one plant structure, stacked along a leading axis."""
 
     plant: Plant
+    output: Output
+    """What the readings are of."""
     schedule: Schedule
     time: Float[Array, "lane interval"]
     reading: Float[Array, "lane interval"]
@@ -48,7 +51,7 @@ class Lanes(NamedTuple):
     jolted: Float[Array, "lane interval"]
     """Variance that a jump of the load adds to the discrepancy [log's unit^2]."""
     scale: Float[Array, " lane"]
-    """Coordinate per unit of reading, with sign."""
+    """Measured quantity [SI] per unit of reading, with sign."""
     quantum: Float[Array, " lane"]
     """Resolution of the sensor [log's unit]."""
     run: Int[Array, " lane"]
@@ -153,14 +156,15 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
     start = np.array([[record.start_reading, record.start_speed] for record in records])
     return Lanes(
         plant=stacked(*plants),
+        output=output_of(runs[0]),
         schedule=stacked(*(record.schedule for record in padded)),
         time=np.stack([record.time for record in padded]),
         reading=np.stack([record.reading for record in padded]),
         weight=np.stack([record.weight for record in padded]),
         coarse=np.stack([record.coarse for record in padded]),
         jolted=np.stack([record.jolted for record in padded]),
-        scale=np.array([run.sensor.sign * run.sensor.scale for run in runs]),
-        quantum=np.array([run.sensor.resolution for run in runs]),
+        scale=np.array([run.output_sensor.sign * run.output_sensor.scale for run in runs]),
+        quantum=np.array([run.output_sensor.resolution for run in runs]),
         run=np.asarray(index, dtype=np.int32),
         released=np.array([float(run.metadata.protocol == "spring") for run in runs]),
         start=start,
@@ -183,6 +187,12 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
             )
     if len({run.metadata.fixture.motion for run in runs}) > 1:
         raise MuscleBayesError("rotary and linear rigs cannot be fitted together")
+    for run in runs:
+        if has_muscle(run) and run.measured == "velocity":
+            raise MuscleBayesError(
+                f"{run.name}: a muscle's run measures a velocity, which shows nothing of its length. "
+                "Fix: log the position"
+            )
     for name in effects:
         effect_type(name)
     if len(set(effects)) < len(effects):
@@ -204,8 +214,9 @@ def pose(
 ) -> Problem:
     """The problem of estimating what these runs can tell.
 
-    Which parameters are unknown follows from the runs: J and D always, the muscle's nine if any run
-    has a muscle, each effect's own, each run's own, each regime's noise. `priors` replaces default
+    Which parameters are unknown follows from the runs: J (unless it is stated) and D, the muscle's
+    nine if any run has a muscle, what metadata leave open of the other parts, each effect's own, each
+    run's own, each regime's noise. `priors` replaces default
     ones, by the name of a sampled quantity or of a parameter of Table 2, which then takes the place
     of one (`muscle_prior.replaced_by`). Metadata may give that of `clock-offset`.
     Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
@@ -216,6 +227,7 @@ def pose(
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
         sites |= muscle_sites(size, prior.mean_first_strain(runs))
+    sites |= prior.part_sites(runs, size)
     sites |= prior.effect_sites(effects, size)
     for name, known in delay_prior(runs).items():
         if name in sites:

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 import xarray as xr
 
-from muscle_bayes.inference.model.lane_model import muscle_of, whole
+from muscle_bayes.inference.model.lane_model import muscle_of, part_names, whole
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS, UNITS, replaced_by
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Data, Problem
@@ -62,6 +62,7 @@ def parameter_names(problem: Problem) -> list[str]:
     sampled = [name for name, _ in problem.layout.shapes]
     names = [name for name in ("J", "D") if name in sampled]
     names += list(MUSCLE_PARAMETERS) if "F_modulus_min" in sampled else []
+    names += part_names(problem.layout)
     return names + [name for name in sampled if name.split(".")[0] in problem.layout.effects]
 
 

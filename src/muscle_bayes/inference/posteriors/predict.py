@@ -140,7 +140,7 @@ def _joined(problem: Problem, index: int, pieces: list[dict[str, np.ndarray]]) -
     run = problem.runs[index]
     parts = {key: np.concatenate([p[key] for p in pieces], axis=-1) for key in pieces[0]}
     return Prediction(
-        run=run.name, unit=run.unit, scale=run.sensor.sign * run.sensor.scale, **parts
+        run=run.name, unit=run.unit, scale=run.output_sensor.sign * run.output_sensor.scale, **parts
     )
 
 

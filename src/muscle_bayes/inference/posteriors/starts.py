@@ -17,7 +17,7 @@ from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout,
 from muscle_bayes.inference.posteriors.predict import Draws
 from muscle_bayes.inference.running.batches import in_batches
 from muscle_bayes.inference.running.program import Program
-from muscle_bayes.physics.element import Muscle
+from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule

@@ -101,7 +101,7 @@ def _observations(
     frozen = (low == high) & (weight > 0)
     coarse = np.where(frozen, 1.0, 1.0 / np.maximum(weight, 1.0)) / 12.0
     mean_time, mean = _means(time, owner, size), _means(reading, owner, size)
-    if run.sensor.resolution > 0.0:
+    if run.output_sensor.resolution > 0.0:
         value = np.where(frozen, low, np.arange(size) + np.nan)
         stretch = np.cumsum(np.r_[True, ~(value[1:] == value[:-1])])
         for _, members in pd.Series(np.arange(size)).groupby(stretch):
@@ -206,7 +206,7 @@ def slow_record(run: Run) -> Record:
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     mean = _centred(mean_time, mean, weight, coarse, middles)
-    jolted = _jolted(nodes[:-1], load, run.sensor.resolution)
+    jolted = _jolted(nodes[:-1], load, run.output_sensor.resolution)
     schedule = Schedule(nodes, temperature, load, applied)
     slowing = np.stack([deceleration(run.heat_time, one, nodes) for one in logged], 1)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
@@ -269,7 +269,7 @@ def fast_record(run: Run) -> Record:
 
 def segments(run: Run, record: Record) -> list[Record]:
     """The record cut into pieces of SEGMENT s, each with its own start, if nothing restores."""
-    if is_slow(run) or restores(run):
+    if is_slow(run) or restores(run) or run.measured != "position":
         return [record]
     nodes = record.schedule.time
     pieces = max(1, round(float(nodes[-1] - nodes[0]) / SEGMENT))

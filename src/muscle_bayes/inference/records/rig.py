@@ -2,121 +2,93 @@
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.data.metadata import Fixture, Metadata
+from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.run import Run
-from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.physics.element import (
-    Arm,
-    Element,
-    Instant,
-    Muscle,
-    NoElement,
-    ReferenceSpring,
-    Spring,
-    TorsionSpring,
-)
+from muscle_bayes.inference.records.parts import PLACES, parts_of
+from muscle_bayes.physics.elements import Arm, Element, Instant, Muscle, NoElement
 from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
-from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
 from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.outputs import Output, Position, Velocity
 from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.unknown import UNKNOWN, Part
 
-_UNKNOWN = jnp.nan
-_UNKNOWN_MUSCLE = MuscleParameters(*([_UNKNOWN] * 9))
-
-
-def _linkage(element, fixture: Fixture, side: str) -> Linkage:
-    mirror = 1.0 if side == "a" else -1.0
-    if element.linkage == "drum":
-        return Drum(element.length_at_zero, element.drum_radius, mirror)
-    if element.linkage == "straight":
-        return Straight(element.length_at_zero, mirror)
-    return Pins(
-        getattr(fixture, f"rotor_radius_{side}"),
-        getattr(fixture, f"anchor_x_{side}"),
-        getattr(fixture, f"anchor_y_{side}"),
-        mirror,
-    )
-
-
-def _element(metadata: Metadata, side: str) -> Element:
-    element = getattr(metadata, f"element_{side}")
-    fixture = metadata.fixture
-    if element.kind == "none":
-        return NoElement()
-    if element.kind == "arm":
-        return Arm(element.mass, element.centre_distance, element.hanging_angle)
-    if element.kind == "spring":
-        return _spring(element, fixture, side)
-    linkage = _linkage(element, fixture, side)
-    heated = 1.0 if element.heater_length is None else element.heater_length / element.base_length
-    return Muscle(linkage, element.base_length, heated, fixture.room_temperature, _UNKNOWN_MUSCLE)
-
-
-def _spring(element, fixture: Fixture, side: str) -> Element:
-    """The spring that metadata state; the thesis' reference spring where they state none of it."""
-    stated = {
-        key: getattr(element, key)
-        for key in ("rate", "free_length", "tension_at_zero", "closed_length", "damping")
-        if getattr(element, key) is not None
-    }
-    if not stated and element.linkage != "torsion":
-        return ReferenceSpring(_linkage(element, fixture, side))
-    pull = "tension_at_zero" in stated or "free_length" in stated
-    if "rate" not in stated or not pull:
-        raise MuscleBayesError(
-            f"[element_{side}] is a spring whose rate or pull is not stated; springs are not estimated "
-            "yet. Fix: give rate and free_length, or rate and tension_at_zero"
-        )
-    rate, damping = stated["rate"], stated.get("damping", 0.0)
-    if element.linkage == "torsion":
-        return TorsionSpring(rate, stated["tension_at_zero"], damping)
-    if element.length_at_zero is None and element.linkage == "straight":
-        linkage: Linkage = Straight(0.0, 1.0 if side == "a" else -1.0)
-    else:
-        linkage = _linkage(element, fixture, side)
-    free = stated.get("free_length")
-    if free is None:
-        free = float(linkage.length(jnp.asarray(0.0))) - stated["tension_at_zero"] / rate
-    return Spring(linkage, rate, free, stated.get("closed_length"), damping)
+OUTPUTS: dict[Measured, Output] = {"position": Position(), "velocity": Velocity()}
+"""By what a log's position column holds."""
 
 
 def rig(metadata: Metadata) -> Plant:
-    """The plant of a run with J, friction and muscle parameters still unknown (NaN)."""
+    """The plant of a run with what is to be estimated still unknown (NaN)."""
     fixture = metadata.fixture
     linear = fixture.motion == "linear"
-    lever = 1.0 if linear else (fixture.disc_radius or 0.0)
+    parts = parts_of(metadata)
     return Plant(
-        rotor_inertia=_UNKNOWN,
-        friction=CoulombFriction(_UNKNOWN),
-        side_a=_element(metadata, "a"),
-        side_b=_element(metadata, "b"),
-        load_lever=lever,
+        rotor_inertia=UNKNOWN if fixture.inertia is None else fixture.inertia,
+        friction=CoulombFriction(jnp.nan),
+        side_a=parts["element_a"],
+        side_b=parts["element_b"],
+        load_lever=1.0 if linear else (fixture.disc_radius or 0.0),
         stops=tuple(fixture.stops) if fixture.stops is not None else (-math.inf, math.inf),
+        actuator=parts["drive"],
     )
+
+
+def parts_in(plant: Plant) -> dict[str, Part]:
+    """The parts of a plant by the tables of the metadata that describe them."""
+    return dict(zip(PLACES, (plant.side_a, plant.side_b, plant.actuator), strict=True))
 
 
 def with_parameters(
-    plant: Plant, rotor_inertia, friction: FrictionLaw, muscle: MuscleParameters | None
+    plant: Plant,
+    rotor_inertia: Array | float | None,
+    friction: FrictionLaw,
+    muscle: MuscleParameters | None,
+    values: Mapping[str, Array] = {},
 ) -> Plant:
-    """The plant with its unknowns filled in; muscles on both sides share their parameters."""
+    """The plant with its unknowns filled in; muscles on both sides share their parameters.
 
-    def fill(element: Element) -> Element:
-        if isinstance(element, Muscle) and muscle is not None:
-            return dataclasses.replace(element, parameters=muscle)
-        return element
+    Args:
+        plant: as `rig` gives it.
+        rotor_inertia: J, None where metadata state it.
+        friction: its law, with D.
+        muscle: Table 2's parameters, None where there is no muscle.
+        values: of the other parts, by table and key, such as "element_a.rate".
+    """
 
+    def fill(place: str, part: Part) -> Part:
+        if isinstance(part, Muscle) and muscle is not None:
+            return dataclasses.replace(part, parameters=muscle)
+        own = {key: values[name] for key in part.unknowns if (name := f"{place}.{key}") in values}
+        return part.filled(own) if own else part
+
+    side_a, side_b, actuator = (fill(place, part) for place, part in parts_in(plant).items())
     return dataclasses.replace(
         plant,
-        rotor_inertia=rotor_inertia,
+        rotor_inertia=_where_unknown(plant.rotor_inertia, rotor_inertia),
         friction=friction,
-        side_a=fill(plant.side_a),
-        side_b=fill(plant.side_b),
+        side_a=side_a,
+        side_b=side_b,
+        actuator=actuator,
     )
+
+
+def _where_unknown(stated: Array | float, value: Array | float | None) -> Array | float:
+    if value is None:
+        return stated
+    if isinstance(stated, float):
+        return value if math.isnan(stated) else stated
+    return jnp.where(jnp.isnan(stated), value, stated)
+
+
+def output_of(run: Run) -> Output:
+    """What the run's readings are of."""
+    return OUTPUTS[run.measured]
 
 
 def has_muscle(run: Run) -> bool:
@@ -130,29 +102,41 @@ def restores(run: Run) -> bool:
 
 
 def driving_force(run: Run) -> float:
-    """Typical generalised force that drives the run [N m or N], from metadata and inputs only."""
-    metadata = run.metadata
-    linear = metadata.fixture.motion == "linear"
-    lever = 1.0 if linear else (metadata.fixture.disc_radius or 0.0)
-    forces = [float(run.table["load"].max()) * GRAVITY * lever]
-    forces.append(float((run.table["applied"] ** 2).mean() ** 0.5))
-    for element in (metadata.element_a, metadata.element_b):
-        if element.kind == "arm":
-            forces.append(element.mass * GRAVITY * element.centre_distance)
-    return max(forces) or _spring_force(run)
+    """Typical generalised force that drives the run [N m or N], from metadata and inputs only.
 
-
-def _spring_force(run: Run) -> float:
-    """Largest force of the run's springs over its readings; 0 without springs."""
-    plant = rig(run.metadata)
-    q = jnp.linspace(float(run.coordinate.min()), float(run.coordinate.max()), 16)
-    still, none = jnp.zeros(()), jnp.zeros(())
-    sides = [
-        jnp.abs(jax.vmap(lambda x, s=side: s.force(Instant(x, still, none, none, none, {}), ()))(q))
-        for side in (plant.side_a, plant.side_b)
-        if isinstance(side, ReferenceSpring | Spring | TorsionSpring)
+    That of load, drive and arms; of springs where there is nothing else. What is not stated is left
+    out; 0 where nothing is.
+    """
+    plant, table = rig(run.metadata), run.table
+    still = jnp.zeros(())
+    signal = float((table["applied"] ** 2).mean() ** 0.5)
+    forces = [
+        float(table["load"].max()) * GRAVITY * plant.load_lever,
+        float(jnp.abs(plant.actuator.force(jnp.asarray(signal), still))),
+        *(float(jnp.abs(side.moment)) for side in _sides(plant) if isinstance(side, Arm)),
     ]
-    return max((float(one.max()) for one in sides), default=0.0)
+    return _largest(forces) or _element_force(run, plant)
+
+
+def _sides(plant: Plant) -> tuple[Element, Element]:
+    return plant.side_a, plant.side_b
+
+
+def _largest(forces: list[float]) -> float:
+    return max((force for force in forces if math.isfinite(force)), default=0.0)
+
+
+def _element_force(run: Run, plant: Plant) -> float:
+    """Largest force of the run's stated springs over its readings; 0 without any."""
+    q = jnp.linspace(float(run.coordinate.min()), float(run.coordinate.max()), 16)
+    none = jnp.zeros(())
+
+    def of(side: Element) -> float:
+        at = jax.vmap(lambda x: side.force(Instant(x, none, none, none, none, {}), ()))
+        return float(jnp.abs(at(q)).max())
+
+    pulling = [side for side in _sides(plant) if not isinstance(side, Muscle | NoElement)]
+    return _largest([of(side) for side in pulling])
 
 
 def tension_lever(run: Run) -> float:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.records.rig import rig
-from muscle_bayes.physics.element import Muscle, NoElement
+from muscle_bayes.physics.elements import Muscle, NoElement
 
 
 def log_tensions(run: Run) -> Float[np.ndarray, " row"]:

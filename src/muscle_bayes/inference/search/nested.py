@@ -15,7 +15,7 @@ from muscle_bayes.inference.model.density import (
     entries_named,
     log_prior_entries,
 )
-from muscle_bayes.inference.model.lane_model import Physical, Values
+from muscle_bayes.inference.model.lane_model import Physical, Values, part_names
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX, SIGNALS, function_type
@@ -178,16 +178,24 @@ def _leaf_names(layout: Layout) -> list[str]:
     effects = tuple(
         {key: f"{name}.{key}" for key in effect_type(name).parameters} for name in layout.effects
     )
-    return jax.tree.leaves(Physical("J", "D", muscle, effects))
+    parts = {name: name for name in part_names(layout)}
+    inertia = "J" if any(name == "J" for name, _ in layout.shapes) else None
+    return jax.tree.leaves(Physical(inertia, "D", muscle, effects, parts))
 
 
 def _effect_leaves(layout: Layout) -> dict[str, int]:
-    return {name: index for index, name in enumerate(_leaf_names(layout)) if "." in name}
+    return {
+        name: index
+        for index, name in enumerate(_leaf_names(layout))
+        if name.split(".")[0] in layout.effects
+    }
 
 
 def shared_leaves(layout: Layout) -> np.ndarray:
     """Places of the leaves of Physical that all candidates share."""
-    return np.flatnonzero(["." not in name for name in _leaf_names(layout)])
+    return np.flatnonzero(
+        [name.split(".")[0] not in layout.effects for name in _leaf_names(layout)]
+    )
 
 
 def _full(point: Float[Array, " n"], choice: Choice, layout: Layout) -> Float[Array, " full"]:
