@@ -27,7 +27,7 @@ from benchmarks.samplers.protocol import Frame, Sampler, our_density
 from benchmarks.timing import seconds
 from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.sampling.fit import FULL
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import find_mode
 
 PACKAGES = (
     *("jax", "numpyro", "diffrax", "casadi", "pymc", "nutpie", "pystan", "httpstan", "emcee"),

@@ -27,7 +27,7 @@ from muscle_bayes.inference.model.density import potential
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.predict import predict
 from muscle_bayes.inference.running.programs import constrained
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import find_mode
 from muscle_bayes.parallel.tasks import Tasks, run_tasks
 
 PACKAGES = ("jax", "jaxlib", "diffrax", "numpyro", "distributed", "numpy")

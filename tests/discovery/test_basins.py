@@ -16,8 +16,8 @@ from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.search.descent import descend
+from muscle_bayes.inference.search.mode import find_mode
 from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.optimise import find_mode
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring, staircase

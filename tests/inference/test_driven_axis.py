@@ -12,11 +12,10 @@ from muscle_bayes.data import read_run
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.inference.model.density import constrain, explained
 from muscle_bayes.inference.model.lane_model import predictions
-from muscle_bayes.inference.model.pivots import pivoted
 from muscle_bayes.inference.model.problem import Data, Problem, pose
 from muscle_bayes.inference.running.programs import potential_at
-from muscle_bayes.inference.search.mode import Mode
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import Mode, find_mode
+from muscle_bayes.inference.search.pivots import pivoted
 
 pytestmark = pytest.mark.slow
 

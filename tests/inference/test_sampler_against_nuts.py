@@ -12,9 +12,10 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import potential
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.sampling.fit import sample
+from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
 from muscle_bayes.inference.sampling.sampler import Effort
-from muscle_bayes.inference.search.blocks import blocks
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import find_mode
+from muscle_bayes.inference.search.tempering import entry_names
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -36,7 +37,8 @@ def test_both_draw_from_one_posterior() -> None:
     chains = MCMC(kernel, num_warmup=600, num_samples=1500, progress_bar=False)
     chains.run(jax.random.key(2), init_params=start)
     theirs = np.asarray(chains.get_samples(group_by_chain=True))
-    smooth = blocks(layout).smooth
+    names = entry_names(layout)
+    smooth = np.flatnonzero(np.isin(names, blocks_of(list(dict.fromkeys(names))).smooth))
     ours, theirs = ours[..., smooth], theirs[..., smooth]
     found = [az.convert_to_datatree({"v": draws}).posterior for draws in (ours, theirs)]
     mean, spread, ess = (

@@ -7,13 +7,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.inference.model.density import constrain, unconstrain
 from muscle_bayes.inference.model.problem import pose
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate
@@ -94,3 +95,55 @@ def test_where_a_held_rotor_begins_in_its_dead_band_is_found(tmp_path: Path) -> 
     place = [run.name for run in problem.runs].index(HELD_OUT)
     zero = made[HELD_OUT].truth["run"]["zero_reading"]
     assert float(values["slow.zero"][place]) == pytest.approx(zero, abs=0.5)
+
+
+PENDULUM = """
+format = 1
+protocol = "free"
+origin = "synthetic"
+[columns]
+time = "time_s"
+position = "angle_rad"
+position_unit = "rad"
+[element_a]
+kind = "arm"
+mass = 0.21
+centre_distance = 0.3
+hanging_angle = 3.141592653589793
+[element_b]
+kind = "none"
+"""
+
+
+def test_a_pendulum_let_go_near_upright_is_fitted_as_from_the_truth(tmp_path: Path) -> None:
+    """70 s, 10,000 readings, some fifty swings of falling period: an independent integrator's."""
+    inertia, dry, viscous, step = 2e-3, 4.5e-4, 6e-4, 0.00314
+    whole = inertia + 0.21 * 0.3**2
+
+    def motion(_: float, state: np.ndarray) -> list[float]:
+        pull = 0.21 * 9.80665 * 0.3 * np.sin(state[0])
+        return [state[1], (pull - dry * np.tanh(state[1] / 1e-4) - viscous * state[1]) / whole]
+
+    time = np.linspace(0.0, 70.0, 10_000)
+    solved = solve_ivp(motion, (0, 70), [0.05, 0.0], "LSODA", time, rtol=1e-9, atol=1e-11)
+    rows = np.stack([time, step * np.round(solved.y[0] / step)], 1)
+    head = "time_s,angle_rad"
+    np.savetxt(tmp_path / "p.csv", rows, "%.6f", delimiter=",", header=head, comments="")
+    (tmp_path / "p.toml").write_text(PENDULUM)
+    problem = pose(read_runs([tmp_path / "p.csv"]), "coulomb", ("viscous-friction",))
+    layout, data = problem.layout, problem.data
+    mode = find_mode(jax.random.key(0), layout, data)
+    truth = {name: jnp.median(data.priors[name].mean) for name, _ in layout.shapes} | {
+        "J": inertia,
+        "D": dry,
+        "viscous-friction.coefficient": viscous,
+        "fast.noise": 1e-3,
+        "fast.discrepancy": 1e-3,
+        "fast.start": jnp.array([0.05]),
+        "fast.speed": jnp.array([0.0]),
+    }
+    good = refine(Mode(unconstrain(truth, layout, data), 0.0, jnp.eye(1), 0), layout, data)
+    assert mode.potential < good.potential + 0.1
+    values = constrain(mode.vector, layout, data)
+    assert float(values["J"]) == pytest.approx(inertia, rel=0.01)
+    assert float(values["viscous-friction.coefficient"]) == pytest.approx(viscous, rel=0.01)

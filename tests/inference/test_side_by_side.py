@@ -10,7 +10,7 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.running.side_by_side import side_by_side
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.mode import find_mode
 
 DATA = Path(__file__).parents[2] / "data"
 

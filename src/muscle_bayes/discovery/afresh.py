@@ -15,9 +15,9 @@ from muscle_bayes.discovery.gross import as_white, is_gross, noise_names
 from muscle_bayes.inference.model.prior_draws import sample_prior
 from muscle_bayes.inference.records.rig import has_muscle
 from muscle_bayes.inference.search.descent import Fitted, descend, go_on
+from muscle_bayes.inference.search.mode import SHRUNK
 from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.inference.search.nested_programs import explained_at
-from muscle_bayes.inference.search.optimise import SHRUNK
 from muscle_bayes.physics.effects import effect_type
 
 DRAWS, TRIED, KEPT = 96, 8, 3

@@ -8,23 +8,23 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.discovery.gross import as_lasting, as_white, noise_names
-from muscle_bayes.inference.records.tensions import log_tensions
-from muscle_bayes.inference.search.blocks import MODULUS
-from muscle_bayes.inference.search.descent import FIRST_DAMPING, Fitted, descend, go_on
-from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.nested_programs import explained_at
-from muscle_bayes.inference.search.other_basins import (
+from muscle_bayes.discovery.old_basins import (
     FIRST_FORCE,
     SEEN,
     SEEN_LATER,
+    WALLED,
     expected_noise,
     first_hyst_levels,
     force_levels,
     moved_entries,
 )
+from muscle_bayes.inference.records.tensions import log_tensions
+from muscle_bayes.inference.search.descent import FIRST_DAMPING, Fitted, descend, go_on
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at
 
 BELOW, FORCE_STEP = 0.25, 0.05
-"""How far below the least tension seen MODULUS's minimum force is tried, and in what steps up to the
+"""How far below the least tension seen WALLED[0]'s minimum force is tried, and in what steps up to the
 greatest, in logarithms, besides at quantiles of its prior. Beside an effect that acts while parts go taut
 it matters by hundredths."""
 HELD_STEPS, FREE_STEPS = 6, 12
@@ -42,8 +42,8 @@ def with_best_basin(
 ) -> Fitted:
     """`fitted`, or what is likelier with a spring opening at another force or a run begun otherwise.
 
-    MODULUS's force is moved from `others` too: points with the effect in other strengths, for one that
-    acts while MODULUS opens does not find its place alone. All misfit is taken for white noise until then:
+    WALLED[0]'s force is moved from `others` too: points with the effect in other strengths, for one that
+    acts while it opens finds no place alone. All misfit is taken for white noise until then:
     a lasting discrepancy would explain what a spring on the wrong side does.
     """
     layout, data, names = nested.layout, nested.data, nested.shared_names()
@@ -62,7 +62,7 @@ def with_best_basin(
 
     best, seen, noise = fitted, as_white(nested, fitted), noise_names(nested)
     taut = _taut_levels(nested)
-    forces[MODULUS] = np.concatenate([taut, forces[MODULUS]])
+    forces[WALLED[0]] = np.concatenate([taut, forces[WALLED[0]]])
     levels = {names.index(name): values for name, values in forces.items()}
     begun = first_hyst_levels(seen.point, nested.entries_named(FIRST_FORCE))
     tried = [
@@ -71,7 +71,7 @@ def with_best_basin(
     ]
     for other in others:
         point = np.concatenate([seen.point[: nested.shared], other[nested.shared :]])
-        elsewhere = moved_entries(point, {names.index(MODULUS): taut}, readings, SEEN)
+        elsewhere = moved_entries(point, {names.index(WALLED[0]): taut}, readings, SEEN)
         tried += [(one, forces) for one in elsewhere]
     for moved, held in tried:
         room = descend(nested, fitted.effects, moved, EARLY_STEPS, [*noise, *held])
@@ -88,6 +88,6 @@ def with_best_basin(
 
 
 def _taut_levels(nested: Nested) -> Float[np.ndarray, " level"]:
-    """Logs of MODULUS's minimum force about the tensions that muscles have seen."""
+    """Logs of WALLED[0]'s minimum force about the tensions that muscles have seen."""
     seen = np.concatenate([np.zeros(0), *map(log_tensions, nested.problem.runs)])
     return np.arange(seen.min() - BELOW, seen.max(), FORCE_STEP) if seen.size else seen

@@ -7,12 +7,12 @@ import jax.numpy as jnp
 from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.search import Report
 from muscle_bayes.inference.model.lane_model import Values
-from muscle_bayes.inference.model.pivots import pivoted
 from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.model.reduction import with_swings, without_swings
 from muscle_bayes.inference.running.programs import unconstrained
 from muscle_bayes.inference.search.descent import Fitted, descend
 from muscle_bayes.inference.search.nested import Nested, values_at
+from muscle_bayes.inference.search.pivots import pivoted
 from muscle_bayes.inference.search.secants import polished
 
 SETTLED = 1.0

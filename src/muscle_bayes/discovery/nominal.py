@@ -16,14 +16,13 @@ from muscle_bayes.discovery.holding import without_runs
 from muscle_bayes.discovery.tolerance import tolerated
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.muscle_prior import strain_under
-from muscle_bayes.inference.model.pivots import pivoted
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import with_swings
 from muscle_bayes.inference.records.record import is_slow
 from muscle_bayes.inference.running.programs import constrained_at
-from muscle_bayes.inference.search.mode import Mode, refine
+from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.optimise import find_mode
+from muscle_bayes.inference.search.pivots import pivoted
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import effect_type
 

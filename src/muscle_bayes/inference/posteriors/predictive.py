@@ -13,7 +13,6 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.muscle_prior import strain_under
-from muscle_bayes.inference.model.pivots import pivoted
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import (
@@ -28,6 +27,7 @@ from muscle_bayes.inference.posteriors.predict import Prediction, predict, thin
 from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE, resting_starts, settled_starts
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.inference.search.pivots import pivoted
 
 
 @double_precision

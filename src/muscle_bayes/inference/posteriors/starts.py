@@ -1,8 +1,9 @@
 """What a run that was not fitted starts from: its own zero, first reading, speed and HYST."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,8 +16,9 @@ from muscle_bayes.inference.model.density import lane_fits
 from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros_of
 from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.inference.posteriors.predict import Draws
-from muscle_bayes.inference.running.batches import in_batches
+from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.search.least_squares import least_squares
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
@@ -85,8 +87,6 @@ SETTLING_SHARE = 0.3
 one: from heating alone, zero and first stretch of HYST cannot be told apart."""
 SETTLING_STEPS = 20
 """Most steps to a mode."""
-SETTLED = 1e-3
-"""Move, in prior standard deviations, after which a mode counts as found."""
 
 
 def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
@@ -146,11 +146,20 @@ def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array
     data = problem.data._replace(lanes=lanes)
     unknowns = OwnUnknowns.of(own, dict(draws), data)
 
-    def look(free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return jax.device_get(_misfit(free, dict(draws), unknowns, problem.layout, data))
+    shared = {name: np.asarray(value) for name, value in draws.items()}
 
-    mode, slope = _settle(look, np.asarray(unknowns.start), np.asarray(unknowns.spread))
-    covariance = np.linalg.inv(np.swapaxes(slope, 1, 2) @ slope)
+    def looker(points: Sequence[np.ndarray], index: Sequence[int]) -> list[_Misfit]:
+        rows = [
+            (point, {name: value[i] for name, value in shared.items()}, unknowns, data)
+            for point, i in zip(points, index, strict=True)
+        ]
+        return of_rows(_misfit, rows, problem.layout)
+
+    starts = np.asarray(unknowns.start)
+    rows = least_squares(looker, list(starts), None, SETTLING_STEPS)
+    mode = np.stack([row.point for row in rows])
+    information = np.stack([np.asarray(row.look.information) for row in rows])
+    covariance = np.linalg.inv(information)
     kicks = jax.random.normal(jax.random.key(seed), mode.shape)
     free = mode + np.einsum("dij,dj->di", np.linalg.cholesky(covariance), kicks)
     return {**draws, **jax.vmap(unknowns.values)(jnp.asarray(free))}
@@ -205,45 +214,25 @@ class OwnUnknowns:
         }
 
 
+class _Misfit(NamedTuple):
+    """A draw's own unknowns, as least squares looks at them."""
+
+    potential: Float[Array, ""]
+    gradient: Float[Array, " free"]
+    information: Float[Array, "free free"]
+
+
 @Program
 def _misfit(
-    free: Array, draws: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
-):
-    """Standardised errors of every draw, the prior's included, and their slope in its vector."""
+    free: Array, values: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
+) -> _Misfit:
+    """Half the sum of the squared standardised errors of a draw, the prior's included."""
 
-    def errors(free: Array, values: dict[str, Array]) -> tuple[Array, Array]:
+    def errors(free: Array) -> tuple[Array, Array]:
         fits = lane_fits({**values, **unknowns.values(free)}, layout, data)
         seen = jnp.concatenate([fit.errors.ravel() for fit in fits])
         found = jnp.concatenate([seen, (free - unknowns.centre) / unknowns.spread])
         return found, found
 
-    def one(argument: tuple[Array, dict[str, Array]]) -> tuple[Array, Array]:
-        slope, found = jax.jacfwd(errors, has_aux=True)(*argument)
-        return found, slope
-
-    return in_batches(one, (free, draws))
-
-
-def _settle(
-    look: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    free: np.ndarray,
-    spread: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares of every draw, all draws side by side; modes and the errors' slopes there."""
-    damping = np.full(len(free), 1e-3)
-    value, slope = look(free)
-    for _ in range(SETTLING_STEPS):
-        normal = np.swapaxes(slope, 1, 2) @ slope
-        scale = np.einsum("dii->di", normal)
-        damped = normal + np.eye(free.shape[1]) * (damping[:, None] * scale)[:, None, :]
-        pull = np.einsum("dei,de->di", slope, value)
-        move = np.clip(-np.linalg.solve(damped, pull[..., None])[..., 0], -spread, spread)
-        trial_value, trial_slope = look(free + move)
-        better = np.sum(trial_value**2, axis=1) < np.sum(value**2, axis=1)
-        free = np.where(better[:, None], free + move, free)
-        value = np.where(better[:, None], trial_value, value)
-        slope = np.where(better[:, None, None], trial_slope, slope)
-        damping = np.where(better, 0.2 * damping, 10.0 * damping)
-        if np.max(np.abs(move) / spread) < SETTLED:
-            break
-    return free, slope
+    slope, found = jax.jacfwd(errors, has_aux=True)(free)
+    return _Misfit(0.5 * found @ found, slope.T @ found, slope.T @ slope)

@@ -14,7 +14,6 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.model.pivots import pivoted
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import solved_adequately, unsolved
 from muscle_bayes.inference.posteriors.assemble import assemble
@@ -24,8 +23,8 @@ from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.running.programs import constrained_at
 from muscle_bayes.inference.sampling.sampler import Draws, Effort, draw
-from muscle_bayes.inference.search.mode import Mode, refine
-from muscle_bayes.inference.search.optimise import STARTS, find_mode
+from muscle_bayes.inference.search.mode import Mode, find_mode, refine
+from muscle_bayes.inference.search.pivots import pivoted
 
 QUICK = Effort(warmup=50, draws=100, min_ess=200)
 FULL = Effort()
@@ -93,16 +92,13 @@ def sample(
     """Draws from a problem's posterior; see `fit`. `workers` chains advance side by side."""
     begun = perf_counter()
     keys = jax.random.split(jax.random.key(seed), 2)
-    tried = 0
 
-    def searched(_: str) -> None:
-        nonlocal tried
-        tried += 1
-        report("searching", tried, max(tried, STARTS))
+    def searched(done: int, total: int) -> None:
+        report("searching", done, total)
 
     mode = find_mode(keys[0], problem.layout, problem.data, searched, workers)
     problem, mode = _improved(problem, mode)
-    report("searching", STARTS, STARTS)
+    report("searching", 1, 1)
     found = perf_counter()
     drawn = draw(
         keys[1],

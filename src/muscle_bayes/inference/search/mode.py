@@ -1,5 +1,7 @@
-"""A maximum of the posterior density, and the descent to it from one point."""
+"""The most probable parameters: the best of many starts, and where it leads in slightly other data."""
 
+from collections.abc import Callable, Iterable, Sequence
+from itertools import batched
 from typing import NamedTuple
 
 import jax
@@ -7,15 +9,31 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.model.density import log_prior, potential_errors_and_scales
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.model.density import (
+    log_prior,
+    potential_errors_and_scales,
+    unconstrain,
+)
+from muscle_bayes.inference.model.prior_draws import sample_prior
 from muscle_bayes.inference.model.problem import Data, Layout
+from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.program import Program
-from muscle_bayes.inference.running.programs import potential_at
-from muscle_bayes.inference.search.damped_steps import damped_move
+from muscle_bayes.inference.running.side_by_side import side_by_side
+from muscle_bayes.inference.search.least_squares import Row, least_squares
+from muscle_bayes.inference.search.other_basins import MINIMUM_FORCES, with_other_basins
+from muscle_bayes.inference.search.tempering import (
+    entry_names,
+    horizons,
+    is_noise,
+    misfit_at,
+    up_to,
+)
+from muscle_bayes.physics.effects import effect_type
 
-MAX_STEPS = 60
-LEAST_GAIN = 1e-3
-"""Decrease of the potential below which a descent ends."""
+SHRUNK = 0.03
+"""Factor on D, and on what effects do, in every other draw: where friction holds the rotor, no
+parameter shows any effect, and where an effect drowns the rest, a descent goes to its own mode."""
 LEAST_PRECISION = 1e-4
 """Least prior precision of a direction, for flat or concave priors."""
 
@@ -32,61 +50,187 @@ class Mode(NamedTuple):
     steps: int
 
 
+class _Seen(NamedTuple):
+    """A point, as least squares looks at it."""
+
+    potential: Float[Array, ""]
+    gradient: Float[Array, " n"]
+    information: Float[Array, "n n"]
+
+
 @Program
-def curvature(vector, layout: Layout, data: Data):
-    """Gradient of the potential, and Gauss-Newton information plus prior precision."""
-    gradient, jacobian = jax.jacfwd(potential_errors_and_scales)(vector, layout, data)
+def _seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> _Seen:
+    """Potential, its gradient, and Gauss-Newton information plus prior precision."""
+
+    def both(vector: Array) -> tuple:
+        found = potential_errors_and_scales(vector, layout, data)
+        return found, found[0]
+
+    (gradient, jacobian), potential = jax.jacfwd(both, has_aux=True)(vector)
 
     def slope(vector: Array) -> Array:
         return jax.grad(log_prior)(vector, layout, data)
 
     # Priors are independent of each other: their Hessian is diagonal.
     prior = -jax.jvp(slope, (vector,), (jnp.ones_like(vector),))[1]
-    return gradient, jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
+    information = jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
+    return _Seen(potential, gradient, information)
 
 
-class Descent(NamedTuple):
-    """Where a descent has ended."""
+def _descended(
+    starts: Sequence[Array],
+    layout: Layout,
+    data: Data,
+    free: np.ndarray | None = None,
+    steps: int = 60,
+    workers: int = 1,
+) -> list[Row[_Seen]]:
+    def looker(points: Sequence[np.ndarray], _: Sequence[int]) -> list[_Seen]:
+        return of_rows(_seen_at, [(point, data) for point in points], layout, workers)
 
-    vector: Float[Array, " n"]
-    """Unconstrained."""
-    potential: float
-    steps: int
-
-
-def descend(vector: Array, layout: Layout, data: Data, free: np.ndarray, limit: int) -> Descent:
-    """Levenberg-Marquardt on the potential in the free entries: damped until a step descends."""
-    value, damping, step = potential_at(vector, layout, data), 1e-2, 0
-    gradient, information = curvature(vector, layout, data)
-    chosen = np.flatnonzero(free)
-    while step < limit:
-        step += 1
-        part = np.asarray(information)[np.ix_(chosen, chosen)]
-        move = np.zeros(vector.shape)
-        slope = np.asarray(gradient)[chosen]
-        move[chosen] = damped_move(part, slope, damping)
-        further = vector + move
-        trial = potential_at(further, layout, data)
-        if trial < value:
-            gain, vector, value = value - trial, further, trial
-            damping = max(damping * 0.2, 1e-9)
-            if gain < LEAST_GAIN:
-                break
-            gradient, information = curvature(vector, layout, data)
-        else:
-            damping *= 6.0
-            if damping > 1e8:
-                break
-    return Descent(vector, value, step)
+    return least_squares(looker, [np.asarray(start) for start in starts], free, steps)
 
 
-def to_mode(vector: Array, layout: Layout, data: Data) -> Mode:
-    """Descend in all entries, as far as it goes."""
-    found = descend(vector, layout, data, np.ones(vector.size), MAX_STEPS)
-    information = curvature(found.vector, layout, data)[1]
-    return Mode(found.vector, found.potential, information, found.steps)
+def _as_mode(row: Row[_Seen]) -> Mode:
+    return Mode(jnp.asarray(row.point), row.potential, row.look.information, row.steps)
 
 
 def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
     """The local maximum to which a mode of slightly different data leads."""
-    return to_mode(mode.vector, layout, data)
+    return _as_mode(_descended([mode.vector], layout, data)[0])
+
+
+@Program
+def _starts_of(
+    values: dict[str, Array], shrinking: Float[Array, " draw"], layout: Layout, data: Data
+) -> Float[Array, "draw n"]:
+    """Unconstrained draws, each shrunk by its factor."""
+
+    def one(values: dict[str, Array], factor: Array) -> Array:
+        values = values | {"D": factor * values["D"]}
+        for effect in layout.effects:
+            for field, parameter in effect_type(effect).parameters.items():
+                name = f"{effect}.{field}"
+                values[name] = parameter.off + factor * (values[name] - parameter.off)
+        return unconstrain(values, layout, data)
+
+    return jax.vmap(one)(values, shrinking)
+
+
+def _likely_draws(
+    key: Array, count: int, layout: Layout, data: Data, workers: int
+) -> list[Float[Array, " n"]]:
+    """Draws of the prior, those of the least misfit first, one in two shrunk."""
+    factors = np.where(np.arange(count) % 2 == 0, 1.0, SHRUNK)
+    draws = np.asarray(_starts_of(sample_prior(key, count, layout, data), factors, layout, data))
+    levels = side_by_side(lambda draw: misfit_at(draw, layout, data)[1], draws, workers)
+    values = np.array(list(levels))
+    order = np.argsort(values)
+    if not np.isfinite(values[order[0]]):
+        raise MuscleBayesError(
+            "the model cannot be simulated anywhere in the prior for these runs. Fix: check the "
+            "geometry in their metadata (lengths in m, masses in kg, angles in rad)"
+        )
+    pairs = zip(order[order % 2 == 1], order[order % 2 == 0], strict=True)
+    return [jnp.asarray(draws[index]) for pair in pairs for index in pair]
+
+
+class _Shape(NamedTuple):
+    """A start after its misfit was fitted as if it were white."""
+
+    level: float
+    """Negative log density with its misfit taken for lasting."""
+    vector: Float[Array, " n"]
+    """With that noise."""
+    ratio: float
+    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
+
+
+def _shaped(
+    starts: Iterable[Array], layout: Layout, data: Data, workers: int, shares: Sequence[float]
+) -> list[_Shape]:
+    """Fit the whole shape of runs from every start, the noise set to the misfit before each round.
+
+    Over growing horizons, then four rounds over the whole. In the first round minimum forces are held:
+    while all else is wrong, their prior alone would pull a spring open that has to be shut.
+    """
+    names = entry_names(layout)
+    free = ~is_noise(names)
+    held = np.isin(names, MINIMUM_FORCES)
+    vectors = list(starts)
+
+    def misfits(seen: Data) -> list:
+        return list(side_by_side(lambda v: misfit_at(v, layout, seen), vectors, workers))
+
+    for count, share in enumerate((*shares, 1.0, 1.0, 1.0)):
+        seen = up_to(share, layout, data)
+        tempered = [misfit.white for misfit, _ in misfits(seen)]
+        moving = free & ~held if count == 0 else free
+        rows = _descended(tempered, layout, seen, moving, 15, workers)
+        vectors = [jnp.asarray(row.point) for row in rows]
+    return [_Shape(level, misfit.lasting, float(misfit.ratio)) for misfit, level in misfits(data)]
+
+
+def find_mode(
+    key: Array,
+    layout: Layout,
+    data: Data,
+    report: Callable[[int, int], None] = lambda done, total: None,
+    workers: int = 1,
+    *,
+    prior_draws: int = 256,
+    most_starts: int = 40,
+    wave: int = 4,
+    agreement: float = 5.0,
+) -> Mode:
+    """The best of several local maxima, started from the most probable of many prior draws.
+
+    Each start is first fitted as if its misfit were white noise, which looks at the whole shape of a
+    run, and only the best of these with the discrepancy's correlation, which looks at how it changes.
+    From the best shape minimum forces are tried elsewhere, for descents do not find their way from a
+    spring that is open to one that is shut.
+
+    Args:
+        key: random key of the prior draws.
+        layout, data: of the problem.
+        report: is told how many starts have been fitted, and how many may be.
+        workers: rows that are evaluated side by side; the result does not depend on it.
+        prior_draws: draws of the prior, of which the likeliest are starts.
+        most_starts: starts at most.
+        wave: starts that are fitted together. The search ends when three have come within `agreement`
+            nats of the best, or twenty where the misfit of the best is 1.2 times the noise: then the
+            model is wrong, or most starts lead to a mode that is.
+        agreement: see `wave`.
+
+    Raises:
+        MuscleBayesError: when no prior draw gives a finite density.
+    """
+    shares = horizons(layout)
+    near = up_to(shares[0], layout, data)
+    begun = _likely_draws(key, prior_draws, layout, near, workers)[:most_starts]
+    shapes: list[_Shape] = []
+
+    def best() -> _Shape:
+        return min(shapes, key=lambda shape: shape.level)
+
+    for starts in batched(begun, wave, strict=False):
+        shapes += _shaped(starts, layout, data, workers, shares)
+        report(len(shapes), most_starts)
+        wanted = 3 if best().ratio < 1.2 else 20
+        if sum(shape.level < best().level + agreement for shape in shapes) >= wanted:
+            break
+    level = np.inf
+    while best().level < level - agreement:
+        level = best().level
+        shapes += _shaped(
+            with_other_basins(best().vector, layout, data), layout, data, workers, (1.0,)
+        )
+    shapes.sort(key=lambda shape: shape.level)
+    rows: list[Row[_Seen]] = []
+    for two in batched((shape.vector for shape in shapes[:5]), 2, strict=False):
+        rows = sorted(
+            rows + _descended(two, layout, data, workers=workers), key=lambda row: row.potential
+        )
+        if rows[-1].potential - rows[0].potential < 0.1:
+            break
+    return _as_mode(rows[0])

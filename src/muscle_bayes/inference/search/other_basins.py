@@ -1,26 +1,18 @@
 """The same point in other basins: with a spring opening elsewhere, with a run beginning otherwise."""
 
-from collections.abc import Callable, Mapping
-
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.model.density import entries_named
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.program import Program
 from muscle_bayes.inference.running.programs import predictions_at
-from muscle_bayes.inference.search.blocks import WALLED, blocks
+from muscle_bayes.inference.search.tempering import entry_names
 
+MINIMUM_FORCES = ("F_modulus_min", "F_hyst_min")
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Prior probabilities below the values that a minimum force is given."""
-FIRST_FORCE = ".hyst_force"
-"""Ends the names of what is sampled of HYST at runs' first rows."""
-SEEN = 0.01
-"""Least change of a predicted reading, in the noise expected of one, for another shape."""
-SEEN_LATER = 1.0
-"""The same for another beginning of a run."""
 
 
 @Program
@@ -28,57 +20,32 @@ def _levels(layout: Layout, data: Data) -> dict[str, Float[Array, " level"]]:
     return {
         name: biject_to(data.priors[name].support).inv(data.priors[name].icdf(jnp.array(LEVELS)))
         for name, _ in layout.shapes
-        if name in WALLED
+        if name in MINIMUM_FORCES
     }
 
 
-def force_levels(layout: Layout, data: Data) -> dict[str, Float[np.ndarray, " level"]]:
-    """Unconstrained values that each minimum force is given; empty where there is no muscle."""
-    names = [name for name, _ in layout.shapes if name in WALLED]
-    levels = _levels(layout, data) if names else {}
-    # In the layout's order, not in that of a compiled program's keys.
-    return {name: np.asarray(levels[name]) for name in names}
+def alternatives(
+    point: Float[np.ndarray, " n"], layout: Layout, data: Data
+) -> list[tuple[int, float, float]]:
+    """Entry, another value of it, and the least change of a predicted reading, in its expected noise,
+    that makes it another shape.
 
-
-def first_hyst_levels(
-    point: Float[np.ndarray, " n"], entries: Int[np.ndarray, " run"]
-) -> dict[int, Float[np.ndarray, " level"]]:
-    """HYST's first force of each run as it is in the median run, of two as in the other one."""
-    if not entries.size:
-        return {}
-    begun = point[entries]
-    usual = begun[::-1] if entries.size == 2 else np.full(entries.size, np.median(begun))
-    return {int(entry): np.array([level]) for entry, level in zip(entries, usual, strict=True)}
-
-
-def expected_noise(layout: Layout, data: Data) -> list[float]:
-    """Prior mean of a reading's noise in each group of lanes [the log's unit]."""
-    return [float(data.priors[f"{regime}.noise"].mean) for regime in layout.regimes]
-
-
-def moved_entries(
-    point: Float[np.ndarray, " n"],
-    levels: Mapping[int, Float[np.ndarray, " level"]],
-    readings: Callable[[np.ndarray], Float[np.ndarray, " reading"]],
-    seen: float,
-) -> list[Float[np.ndarray, " n"]]:
-    """The point with each of these entries at each of its levels, where some reading changes by `seen`.
-
-    `readings`: what a point predicts, in the noise expected of a reading. Levels that predict what the
-    point or an earlier level does are left out.
+    Each minimum force at quantiles of its prior: while the tension stays on one side of it, nothing tells
+    a descent what lies on the other. And each run's HYST begun as in the median run, of two as in the
+    other one: a rotor that is held from the first row on hides where in its dead band it is.
     """
-    found: list[np.ndarray] = []
-    known = [readings(point)]
-    for entry, values in levels.items():
-        for value in values:
-            moved = np.array(point)
-            moved[entry] = value
-            there = readings(moved)
-            nearest = min(np.abs(there - one).max() for one in known)
-            if np.isfinite(there).all() and nearest > seen:
-                found.append(moved)
-                known.append(there)
-    return found
+    names = np.array(entry_names(layout))
+    if not np.isin(MINIMUM_FORCES, names).any():
+        return []
+    found = [
+        (int(np.flatnonzero(names == name)[0]), float(value), 0.01)
+        for name, values in sorted(_levels(layout, data).items(), reverse=True)
+        for value in np.asarray(values)
+    ]
+    first = np.flatnonzero(np.char.endswith(names, ".hyst_force"))
+    begun = point[first]
+    usual = begun[::-1] if first.size == 2 else np.full(first.size, np.median(begun))
+    return found + [(int(e), float(v), 1.0) for e, v in zip(first, usual, strict=True)]
 
 
 def with_other_basins(
@@ -86,27 +53,31 @@ def with_other_basins(
 ) -> list[Float[np.ndarray, " n"]]:
     """The unconstrained vector in basins that no descent from it would enter, where this is seen.
 
-    Each minimum force at quantiles of its prior: while the tension stays on one side of it, nothing tells
-    a descent what lies on the other. A force that opens its spring where another did changes no
-    prediction, taut_strain being held. And each run's HYST begun as in the other runs: a rotor that is
-    held from the first row on hides where in its dead band it is.
+    Values that predict what the vector or an earlier one does are left out.
     """
-    expected = expected_noise(layout, data)
+    expected = [float(data.priors[f"{regime}.noise"].mean) for regime in layout.regimes]
 
     def readings(vector: np.ndarray) -> np.ndarray:
-        predicted = predictions_at(jnp.asarray(vector), layout, data)
-        groups = zip(predicted, data.lanes, expected, strict=True)
-        parts = [
-            (np.asarray(one.reading) / noise)[np.asarray(lanes.weight) > 0]
-            for one, lanes, noise in groups
-        ]
-        return np.concatenate(parts)
+        groups = zip(
+            predictions_at(jnp.asarray(vector), layout, data), data.lanes, expected, strict=True
+        )
+        return np.concatenate(
+            [
+                (np.asarray(one.reading) / noise)[np.asarray(lanes.weight) > 0]
+                for one, lanes, noise in groups
+            ]
+        )
 
-    entries = map(int, blocks(layout).walled)
-    forces = dict(zip(entries, force_levels(layout, data).values(), strict=True))
     point = np.asarray(vector)
-    begun = first_hyst_levels(point, entries_named(FIRST_FORCE, layout.shapes))
-    return [
-        *moved_entries(point, forces, readings, SEEN),
-        *moved_entries(point, begun, readings, SEEN_LATER),
-    ]
+    others = alternatives(point, layout, data)
+    known = {0.01: [readings(point)], 1.0: [readings(point)]} if others else {}
+    found = []
+    for entry, value, seen in others:
+        moved = point.copy()
+        moved[entry] = value
+        there = readings(moved)
+        nearest = min(np.abs(there - one).max() for one in known[seen])
+        if np.isfinite(there).all() and nearest > seen:
+            found.append(moved)
+            known[seen].append(there)
+    return found

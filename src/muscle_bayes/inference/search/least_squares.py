@@ -1,0 +1,120 @@
+"""Levenberg-Marquardt of many rows at once: the package's one implementation of least squares.
+
+optimistix solves one problem a call. Here rows of a batch differ in what is free and in their data, end one
+by one, and stop early where they fall behind; what is evaluated together is left to the caller.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from muscle_bayes.inference.search.factored import FactoredPrecision
+
+MOST_DAMPING = 1e8
+"""Damping from which on no step is expected to descend."""
+
+
+class Look(Protocol):
+    """A point, seen. May hold more than this."""
+
+    @property
+    def potential(self) -> Any:
+        """What is minimised; not finite where the point is out of bounds."""
+
+    @property
+    def gradient(self) -> Any:
+        """Of the potential, in the entries of the row."""
+
+    @property
+    def information(self) -> Any:
+        """Its Gauss-Newton Hessian, positive definite."""
+
+
+@dataclass(frozen=True)
+class Row[L: Look]:
+    """Where one descent stands."""
+
+    point: Float[np.ndarray, " n"]
+    look: L
+    damping: float = 1e-2
+    steps: int = 0
+    ended: bool = False
+
+    @property
+    def potential(self) -> float:
+        """inf where anything of the look is not finite: no step leads there."""
+        parts = self.look.potential, self.look.gradient, self.look.information
+        return float(parts[0]) if all(np.isfinite(part).all() for part in parts) else np.inf
+
+
+type Looker[L: Look] = Callable[[Sequence[np.ndarray], Sequence[int]], Sequence[L]]
+"""Looks at points, given with the numbers of their rows."""
+
+
+def least_squares[L: Look](
+    looker: Looker[L],
+    starts: Sequence[np.ndarray],
+    free: Bool[np.ndarray, " n"] | None = None,
+    steps: int = 60,
+    *,
+    least_gain: float = 1e-3,
+    longest: float = 2.0,
+    behind: float = np.inf,
+) -> list[Row[L]]:
+    """Descend from every start, damped until a step descends.
+
+    Args:
+        looker: evaluates points of several rows.
+        starts: first points.
+        free: entries that may move; default: all.
+        steps: most trials of a step for each row.
+        least_gain: decrease of the potential below which a row ends.
+        longest: longest step of any entry; many prior standard deviations at once leave the region in
+            which the model is good. A step that was cut short ends no row.
+        behind: rows whose potential is higher than the least by more than this rest.
+
+    Returns:
+        A row for each start. Starts that cannot be evaluated have the potential inf.
+    """
+    looks = looker(starts, range(len(starts)))
+    rows = [Row(np.asarray(p, float), look) for p, look in zip(starts, looks, strict=True)]
+    for _ in range(steps):
+        best = min((row.potential for row in rows), default=np.inf)
+        active = [
+            index
+            for index, row in enumerate(rows)
+            if not row.ended and np.isfinite(row.potential) and row.potential <= best + behind
+        ]
+        if not active:
+            break
+        trials = [rows[i].point + damped_move(rows[i], free, longest) for i in active]
+        for index, trial, look in zip(active, trials, looker(trials, active), strict=True):
+            rows[index] = _judged(rows[index], Row(trial, look), least_gain, longest)
+    return rows
+
+
+def damped_move(
+    row: Row, free: Bool[np.ndarray, " n"] | None, longest: float
+) -> Float[np.ndarray, " n"]:
+    """Minimum of g'd + d'(I + damping diag I)d / 2 in the free entries, cut to `longest` in any."""
+    gradient, information = np.asarray(row.look.gradient), np.asarray(row.look.information)
+    chosen = np.arange(gradient.size) if free is None else np.flatnonzero(free)
+    part = information[np.ix_(chosen, chosen)]
+    move = np.zeros(gradient.size)
+    damped = FactoredPrecision(part + row.damping * np.diag(np.diag(part)))
+    move[chosen] = -damped.solve(gradient[chosen])
+    return move * min(1.0, longest / max(np.abs(move).max(), 1e-300))
+
+
+def _judged[L: Look](row: Row[L], trial: Row[L], least_gain: float, longest: float) -> Row[L]:
+    """The row after a trial of a step."""
+    gain, steps = row.potential - trial.potential, row.steps + 1
+    if not gain > 0.0:
+        damping = 6.0 * row.damping
+        return replace(row, damping=damping, steps=steps, ended=damping > MOST_DAMPING)
+    cut = np.abs(trial.point - row.point).max() > 0.99 * longest
+    ended = gain < least_gain and not cut
+    return replace(trial, damping=max(0.2 * row.damping, 1e-9), steps=steps, ended=ended)

@@ -1,0 +1,95 @@
+"""Noise taken for as large as the misfit, and a horizon that grows: what lets a descent begin far off."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from muscle_bayes.inference.model.density import constrain, rms_by_regime, unconstrain
+from muscle_bayes.inference.model.lane_model import LanePrediction
+from muscle_bayes.inference.model.noise import NoiseParameters
+from muscle_bayes.inference.model.problem import Data, Layout
+from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.programs import potential_with, predictions_at
+
+HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
+"""Shares of an inertial run that are fitted one after the other. A phase that is known over one is known
+to a fraction of a turn over the next, where least squares of the whole run would slip cycles."""
+EFFECTIVE_SHARE = 5.0
+"""Readings per independent one while a shape is fitted."""
+
+
+class Misfit(NamedTuple):
+    """A vector with each regime's noise set to its misfit."""
+
+    white: Float[Array, " n"]
+    """As if all of it were white: looks at the whole shape of a run."""
+    lasting: Float[Array, " n"]
+    """As if all of it were discrepancy: looks at how it changes."""
+    ratio: Float[Array, ""]
+    """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
+
+
+@Program
+def _misfit_of(
+    predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data
+) -> Misfit:
+    values = constrain(vector, layout, data)
+    white, lasting, ratio = dict(values), dict(values), jnp.zeros(())
+    for regime, misfit in rms_by_regime(predicted, values, layout, data).items():
+        typical = {key: data.priors[f"{regime}.{key}"] for key in NoiseParameters._fields}
+        weights = [
+            lanes.weight.ravel()
+            for lanes, name in zip(data.lanes, layout.regimes, strict=True)
+            if name == regime
+        ]
+        readings = jnp.quantile(jnp.concatenate(weights), 0.9)
+        time = typical["correlation_time"].mean
+        ratio = jnp.maximum(ratio, misfit / typical["noise"].mean)
+        for target, noise in (
+            (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
+            (lasting, (typical["noise"].mean, misfit, time)),
+        ):
+            keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
+            target.update(zip(keys, noise, strict=True))
+    return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data), ratio)
+
+
+def misfit_at(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
+    """The misfit of a vector, and the potential where it is taken for lasting (inf where unsolved)."""
+    predicted = predictions_at(vector, layout, data)
+    misfit = _misfit_of(predicted, vector, layout, data)
+    level = float(potential_with(predicted, misfit.lasting, layout, data))
+    return misfit, level if np.isfinite(level) else np.inf
+
+
+def entry_names(layout: Layout) -> list[str]:
+    """The quantity to which each entry of the unconstrained vector belongs."""
+    return [name for name, shape in layout.shapes for _ in range(int(np.prod(shape)))]
+
+
+def is_noise(names: list[str]) -> Bool[np.ndarray, " n"]:
+    """Which of these quantities are noise parameters."""
+    return np.array([name.rpartition(".")[2] in NoiseParameters._fields for name in names])
+
+
+def horizons(layout: Layout) -> tuple[float, ...]:
+    """Shares of inertial runs to fit, one after the other; the whole alone where no run is such."""
+    kinds = zip(layout.regimes, layout.segmented, strict=True)
+    swings = any(regime == "fast" and not cut for regime, cut in kinds)
+    return HORIZONS if swings else HORIZONS[-1:]
+
+
+def up_to(share: float, layout: Layout, data: Data) -> Data:
+    """The data with the first `share` of each inertial run's readings alone."""
+    if share >= 1.0:
+        return data
+    lanes = []
+    for group, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
+        if regime == "fast" and not cut:
+            rank = jnp.cumsum(group.weight > 0, axis=1)
+            seen = rank <= jnp.maximum(share * rank[:, -1:], 12)
+            group = group._replace(weight=jnp.where(seen, group.weight, 0.0))
+        lanes.append(group)
+    return data._replace(lanes=tuple(lanes))
