@@ -13,10 +13,6 @@ from jaxtyping import Bool, Float
 
 from muscle_bayes.inference.search.factored import FactoredPrecision
 
-MOST_DAMPING = 1e8
-"""Damping from which on no step is expected to descend."""
-
-
 class Look(Protocol):
     """A point, seen. May hold more than this."""
 
@@ -71,7 +67,7 @@ def least_squares[L: Look](
         starts: first points.
         free: entries that may move; default: all.
         steps: most trials of a step for each row.
-        least_gain: decrease of the potential below which a row ends.
+        least_gain: decrease of the potential below which a row ends, made or promised.
         longest: longest step of any entry; many prior standard deviations at once leave the region in
             which the model is good. A step that was cut short ends no row.
         behind: rows whose potential is higher than the least by more than this rest.
@@ -110,11 +106,12 @@ def damped_move(
 
 
 def _judged[L: Look](row: Row[L], trial: Row[L], least_gain: float, longest: float) -> Row[L]:
-    """The row after a trial of a step."""
-    gain, steps = row.potential - trial.potential, row.steps + 1
+    """The row after a trial of a step. It ends where the step gained, or had promised, little."""
+    gain, move, steps = row.potential - trial.potential, trial.point - row.point, row.steps + 1
     if not gain > 0.0:
-        damping = 6.0 * row.damping
-        return replace(row, damping=damping, steps=steps, ended=damping > MOST_DAMPING)
-    cut = np.abs(trial.point - row.point).max() > 0.99 * longest
+        bend = np.asarray(row.look.information) @ move
+        promised = -float(move @ (np.asarray(row.look.gradient) + 0.5 * bend))
+        return replace(row, damping=6.0 * row.damping, steps=steps, ended=promised < least_gain)
+    cut = np.abs(move).max() > 0.99 * longest
     ended = gain < least_gain and not cut
     return replace(trial, damping=max(0.2 * row.damping, 1e-9), steps=steps, ended=ended)
