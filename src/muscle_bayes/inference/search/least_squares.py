@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float
 
 from muscle_bayes.inference.search.factored import FactoredPrecision
 
+
 class Look(Protocol):
     """A point, seen. May hold more than this."""
 
