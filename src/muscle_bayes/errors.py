@@ -10,5 +10,5 @@ class MuscleBayesError(Exception):
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """A question that begins with a space, naming the known name nearest to `name`; or nothing."""
-    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
+    near = get_close_matches(name, list(known), n=1, cutoff=0.75)
     return f" Did you mean {near[0]!r}?" if near else ""

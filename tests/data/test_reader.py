@@ -174,7 +174,7 @@ def test_duplicate_names(write, tmp_path):
 def test_missing_files(write, tmp_path):
     path = write()
     path.with_suffix(".toml").unlink()
-    with pytest.raises(RunError, match=r"stairs\.toml.*metadata is missing.*put stairs\.toml"):
+    with pytest.raises(RunError, match=r"stairs\.toml.*metadata is missing.*init stairs\.csv"):
         read_runs([path.parent])
     with pytest.raises(RunError, match=r"absent\.csv.*log is missing"):
         read_run(tmp_path / "absent.csv")

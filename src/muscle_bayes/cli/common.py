@@ -19,6 +19,8 @@ EXIT_FAILED: Final = 1
 """Not converged, not explained, or a test that failed."""
 EXIT_USER_ERROR: Final = 2
 EXIT_INTERRUPTED: Final = 130
+LOGS: Final = (".csv", ".txt", ".tsv", ".dat", ".log", ".lvm", ".parquet", ".h5", ".hdf5")
+"""What no result replaces."""
 EXIT_CODES: Final = (
     "Exit codes: 0 fine; 1 not converged, not explained or failed; 2 wrong input; 130 interrupted."
 )
@@ -29,6 +31,11 @@ def writable_file(option: typer.CallbackParam, value: Path | None) -> Path | Non
     if value is not None:
         if value.is_dir():
             raise _unwritable(option, value, "it is a folder", "name a file")
+        wanted = Path(str(option.metavar)).suffix
+        if wanted and value.suffix != wanted:
+            raise _unwritable(option, value, "of another kind", f"end the name in {wanted}")
+        if value.exists() and value.suffix in LOGS:
+            raise _unwritable(option, value, "it may be a log", "name another")
         _try_to_write(option, value, value.parent)
         if value.exists() and not os.access(value, os.W_OK):
             raise _unwritable(option, value, os.strerror(errno.EACCES), "name another")

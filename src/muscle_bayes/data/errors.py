@@ -27,4 +27,5 @@ class RunError(MuscleBayesError):
             place.append(f"column {column!r}")
         if key is not None:
             place.append(f"key {key}")
-        return cls(f"{', '.join(place)}: {problem.rstrip('.')}. Fix: {fix.rstrip('.')}.")
+        ending = "" if problem.endswith("?") else "."
+        return cls(f"{', '.join(place)}: {problem.rstrip('.')}{ending} Fix: {fix.rstrip('.')}.")

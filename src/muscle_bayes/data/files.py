@@ -43,9 +43,8 @@ def read_bytes(path: Path, what: str) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         near = did_you_mean(path.name, _names_beside(path))
-        raise RunError.at(
-            path, f"{what} is missing{near and '.'}{near}", f"put {path.name} there"
-        ) from None
+        problem = f"{what} is missing.{near}" if near else f"{what} is missing"
+        raise RunError.at(path, problem, f"put {path.name} there") from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunError.at(path, f"cannot be read: {reason}", "check the file") from None

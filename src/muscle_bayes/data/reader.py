@@ -62,6 +62,9 @@ def read_run(path: Path | str) -> Run:
     log_path = log_beside(path) if path.suffix.lower() == ".toml" else path
     metadata_path = path.with_suffix(".toml")
     log = read_bytes(log_path, "the run's log")
+    if not metadata_path.exists():
+        fix = f"write it with `muscle-bayes init {log_path.name}`"
+        raise RunError.at(metadata_path, "the run's metadata is missing", fix)
     about = read_bytes(metadata_path, "the run's metadata")
     return run_from_bytes(log, about, log_path, metadata_path)
 
