@@ -1,5 +1,6 @@
-"""How far a study is, on the terminal: running stages, and the time to go."""
+"""How far a study is: running stages and the time to go, as bars or, where piped, as lines."""
 
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -8,6 +9,7 @@ from threading import Event, Thread
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from muscle_bayes.progress import INTERVAL
 from muscle_bayes.study.pipeline import PROCESSES
 from muscle_bayes.study.plan import PRESETS, Plan
 from muscle_bayes.study.stages import Stage
@@ -31,6 +33,7 @@ class Display:
         self._running: dict[str, tuple[TaskID, float]] = {}
         self._pace: list[float] = []
         self._whole = bars.add_task("study", total=sum(self._seconds.values()), told="")
+        self._last = 0.0
 
     def started(self, stage: str) -> None:
         """A stage's process begins."""
@@ -58,6 +61,7 @@ class Display:
     def look(self) -> None:
         """Move the bars on by what running stages say."""
         left = 0.0
+        running = []
         pace = sum(self._pace) / len(self._pace) if self._pace else 1.0
         for stage, (task, begun) in list(self._running.items()):
             share = min((time.monotonic() - begun) / (pace * self._seconds[stage]), SPENT)
@@ -67,10 +71,14 @@ class Display:
                 told = progress_file(self._plan.path, stage).read_text(encoding="utf-8")
                 done, total, what = told.split(" ", 2)
                 self._bars.update(task, told=f"{what} {done}/{total}")
+                stage = f"{stage} ({what} {done}/{total})"
+            running.append(stage)
         left = pace * (left + sum(self._waiting.values())) / PROCESSES
-        self._bars.update(
-            self._whole, told=f"about {left / 60.0:.0f} min to go" if left > 0 else ""
-        )
+        to_go = f"about {left / 60.0:.0f} min to go" if left > 0 else ""
+        self._bars.update(self._whole, told=to_go)
+        if self._bars.disable and running and time.monotonic() - self._last >= INTERVAL:
+            self._last = time.monotonic()
+            print(f"running {', '.join(running)}; {to_go}", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -83,7 +91,7 @@ def progress(plan: Plan, stages: Sequence[Stage]) -> Iterator[Display]:
         TextColumn("{task.fields[told]}"),
     )
     console = Console(stderr=True, emoji=False)
-    with Progress(*columns, console=console) as bars:
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
         display, ended = Display(bars, plan, stages), Event()
 
         def follow() -> None:
