@@ -91,23 +91,29 @@ class _Lines:
     def __init__(self, out) -> None:
         self._out = out
         self._stage, self._begun, self._last = "", 0.0, 0.0
+        self._paced: tuple[int, float] | None = None
 
     def __call__(self, what: str, done: int, total: int) -> None:
         now = monotonic()
         stage, _, note = what.partition("; ")
         if stage != self._stage:
-            self._stage, self._begun = stage, now
+            self._stage, self._begun, self._paced = stage, now, None
         elif done < total and now - self._last < INTERVAL:
             return
         self._last = now
+        if self._paced is None and done:  # what came before may be compilation
+            self._paced = done, now
         told = [f"{_named(stage)}: {done} of {total}", note, self._time(done, total)]
         print(", ".join(filter(None, told)), file=self._out, flush=True)
 
     def _time(self, done: int, total: int) -> str:
-        spent = monotonic() - self._begun
+        now = monotonic()
         if done >= total:
-            return f"{spent:.0f} s"
-        return f"about {spent * (total - done) / done:.0f} s to go" if done and spent > 1 else ""
+            return f"{now - self._begun:.0f} s"
+        first, since = self._paced or (done, now)
+        if done == first:
+            return ""
+        return f"about {(now - since) * (total - done) / (done - first):.0f} s to go"
 
 
 def _named(stage: str) -> str:

@@ -7,7 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_file, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    JsonOption,
+    SeedOption,
+    print_place,
+    writable_file,
+    write_json,
+)
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 
 
@@ -112,6 +119,7 @@ def fit(
     posterior.save(out)
     summary = summarise(posterior)
     print_summary(summary)
+    print_place("posterior", out)
     if json is not None:
         write_json(json, summary)
     if not posterior.converged:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, writable_file, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_file, write_json
 from muscle_bayes.cli.control_options import (
     FixtureOption,
     HeaterOption,
@@ -139,6 +139,7 @@ def tune(
         )
     for note in notes:
         console.print(note, markup=False, highlight=False)
+    print_place("gains", out)
     if json is not None:
         write_json(
             json,

@@ -106,7 +106,7 @@ def sample(
         problem,
         effort,
         workers=workers,
-        report=lambda done, total: report("sampling", done, total),
+        report=lambda done, total, note: report(f"sampling; {note}", done, total),
     )
     seconds = {"searching": found - begun, "sampling": perf_counter() - found}
     return Sampled(problem, drawn, seconds)

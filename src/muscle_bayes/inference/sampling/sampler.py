@@ -71,10 +71,18 @@ def agree(draws: Draws, effort: Effort) -> bool:
 
     Bulk ESS is the same for an entry and for the sampled quantity that it stands for, R-hat nearly.
     """
-    values = az.convert_to_datatree({"v": draws.vector}).posterior
-    rhat, ess = az.rhat(values)["v"], az.ess(values)["v"]
-    agreed = rhat.max() <= effort.max_rhat - RHAT_MARGIN
-    return bool(agreed and ess.min() >= effort.min_ess)
+    ess = az.ess(az.convert_to_datatree({"v": draws.vector}).posterior)["v"]
+    return worst_rhat(draws) <= effort.max_rhat - RHAT_MARGIN and bool(ess.min() >= effort.min_ess)
+
+
+def worst_rhat(draws: Draws) -> float:
+    """The largest rank-normalised R-hat of the vector's entries."""
+    return float(az.rhat(az.convert_to_datatree({"v": draws.vector}).posterior)["v"].max())
+
+
+def _note(draws: Draws) -> str:
+    """How the chains do so far, for whoever follows the progress."""
+    return f"{int(draws.diverging.sum())} divergences, R-hat {worst_rhat(draws):.3f}"
 
 
 class _Rows(NamedTuple):
@@ -196,7 +204,7 @@ def draw(
     effort: Effort,
     *,
     workers: int = 2,
-    report: Callable[[int, int], None] = lambda done, total: None,
+    report: Callable[[int, int, str], None] = lambda done, total, note: None,
 ) -> Draws:
     """Draws of several chains, each from its own dispersed start, in rounds until they agree.
 
@@ -206,16 +214,17 @@ def draw(
         problem: whose posterior is sampled.
         effort: how long.
         workers: chains that advance side by side.
-        report: is told how many draws of each chain are done, and how many are planned.
+        report: called with the draws of each chain done and planned, and a note on divergences and
+            R-hat so far.
     """
     kernel = _kernel(problem, effort)
     states = _begin(key, kernel, mode, problem, effort)
     done, total = 0, effort.warmup + effort.draws
 
-    def advance(count: int) -> list[list[_Rows]]:
-        """What each chain draws, chunk after chunk."""
+    def advance(count: int, before: list[list[_Rows]] | None = None) -> list[list[_Rows]]:
+        """What each chain draws, chunk after chunk, behind those before; None warms up."""
         nonlocal done, states
-        chunks = []
+        chunks = list(before or ())
         for _ in range(-(-count // effort.chunk)):
 
             def one(state: GibbsState) -> tuple[GibbsState, _Rows]:
@@ -228,18 +237,20 @@ def draw(
             states = [state for state, _ in results]
             chunks.append([rows for _, rows in results])
             done += effort.chunk
-            report(done, max(total, done))
+            note = "warm-up" if before is None else _note(_joined(chunks, problem))
+            report(done, max(total, done), note)
         return chunks
 
+    report(0, total, "compiling")
     warm = advance(effort.warmup)
     states = [_adapted(state, warm) for state in states]
-    chunks = advance(effort.draws)
+    chunks = advance(effort.draws, [])
     for _ in range(effort.rounds):
         draws = _joined(chunks, problem)
         if agree(draws, effort):
             break
         total = done + effort.draws // 2
-        chunks += advance(effort.draws // 2)
+        chunks = advance(effort.draws // 2, chunks)
     return _joined(chunks, problem)
 
 
