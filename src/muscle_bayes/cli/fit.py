@@ -80,7 +80,8 @@ def fit(
     """Estimate everything that is unknown about RUN... and write the posterior.
 
     The runs decide which parameters are estimated. Spring and free runs identify J and D; heated
-    runs identify the muscle's nine. Exits with 1 if the chains have not converged.
+    runs identify the muscle's nine. Exits with 1 if the chains have not converged,
+    or the model does not explain the runs.
 
     Examples:
         muscle-bayes fit data/spring-*.csv --out fixture.nc
@@ -122,7 +123,7 @@ def fit(
     print_place("posterior", out)
     if json is not None:
         write_json(json, summary)
-    if not posterior.converged:
+    if not (posterior.converged and summary["explained"]):
         raise typer.Exit(EXIT_FAILED)
 
 
@@ -154,3 +155,11 @@ def print_summary(summary: dict[str, Any]) -> None:
         console.print("converged", style="green")
     else:
         console.print("NOT CONVERGED: " + "; ".join(summary["complaints"]), style="bold red")
+    if summary["explained"]:
+        console.print("explained: yes", style="green")
+    else:
+        reasons = "; ".join(summary["unexplained"])
+        console.print(f"explained: no. {reasons}.", style="bold red", highlight=False)
+        console.print(
+            "Fix: `muscle-bayes discover` looks for what is missing; check masses, lengths and units."
+        )

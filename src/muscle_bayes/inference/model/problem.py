@@ -20,6 +20,7 @@ from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.records.open_delay import delay_prior
 from muscle_bayes.inference.records.record import Record, is_slow, record_of, segments
+from muscle_bayes.inference.records.release import moves_at_release
 from muscle_bayes.inference.records.rig import has_muscle, output_of, rig
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
@@ -188,6 +189,12 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
     if len({run.metadata.fixture.motion for run in runs}) > 1:
         raise MuscleBayesError("rotary and linear rigs cannot be fitted together")
     for run in runs:
+        position = run.measured == "position"
+        if run.metadata.protocol == "spring" and position and moves_at_release(run):
+            raise MuscleBayesError(
+                f'{run.name}: protocol = "spring" starts at rest, but the first rows already move. '
+                'Fix: set protocol = "free", or cut the rows before the release'
+            )
         if has_muscle(run) and run.measured == "velocity":
             raise MuscleBayesError(
                 f"{run.name}: a muscle's run measures a velocity, which shows nothing of its length. "

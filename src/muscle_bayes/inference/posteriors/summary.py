@@ -7,6 +7,7 @@ import arviz as az
 import numpy as np
 
 from muscle_bayes.inference.model.reduction import ReductionError
+from muscle_bayes.inference.posteriors.explained import unexplained
 from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
@@ -15,7 +16,8 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
 
     `rmse` is that of the mean model in the run's own `unit`; `coverage90` the share of readings
     inside the central 90 % of the predictive draws. `inertia` of a slow run says by how much its
-    readings would change without the rotor's inertia, and whether it was kept for that.
+    readings would change without the rotor's inertia, and whether it was kept for that. `unexplained`
+    says why the model does not explain its runs; `explained` is whether it does.
     """
     group = posterior.tree["posterior"].to_dataset()
     chosen = group[list(posterior.parameters)]
@@ -36,6 +38,8 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
         "parameters": parameters,
         "converged": posterior.converged,
         "complaints": list(posterior.complaints),
+        "explained": not (reasons := unexplained(posterior)),
+        "unexplained": reasons,
         "friction": posterior.friction,
         "effects": list(posterior.effects),
         "runs": _fitted_runs(posterior),
