@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import jax
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -13,6 +15,7 @@ from muscle_bayes.data.guessing.guess import guess_log
 from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.data.writer import toml_value
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.model.problem import pose
 
 NAMES = ["t", "x", "T", "time_ms", "angle (deg)", "kg", "force", "Time, s", "#t", "", "x", "1"]
 CELLS = st.one_of(
@@ -166,10 +169,12 @@ KEYS = {
         "load_unit",
         "applied",
         "applied_unit",
+        "applied_sign",
         "accept_units",
         "position_zero_uncertainty",
     ],
-    "fixture": ["stops", "motion", "room_temperature", "disc_radius", "rotor_radius_a"],
+    "fixture": ["stops", "motion", "room_temperature", "disc_radius", "rotor_radius_a", "inertia"],
+    "drive": ["gain", "offset", "back_emf"],
     "potentiometer": ["zero_reading", "radians_per_count", "bits", "zero_uncertainty"],
     "thermometer": ["delay", "delay_uncertainty"],
     "element_a": [
@@ -184,6 +189,10 @@ KEYS = {
         "base_length",
         "length_at_zero",
         "closed_length",
+        "model",
+        "moment",
+        "moment_of_inertia",
+        "hanging_angle",
     ],
     "load": ["time", "mass", "unit"],
 }
@@ -191,10 +200,12 @@ ARM = {"kind": "arm", "mass": 0.3, "centre_distance": 0.2}
 WHOLE: dict[str, list[dict]] = {
     "potentiometer": [{"zero_reading": 512.0, "radians_per_count": 0.005}],
     "thermometer": [{"delay": 0.1}],
+    "drive": [{}, {"gain": 0.1}, {"offset": 0.0}],
     "load": [{"time": (0.0, 0.05), "mass": (0.1, 0.2)}],
     "element_a": [
         ARM,
         {"kind": "none"},
+        {"kind": "arm"},
         {"kind": "spring", "linkage": "torsion"},
         {"kind": "spring", "linkage": "drum", "drum_radius": 0.01, "length_at_zero": 0.1},
         {"kind": "muscle", "linkage": "drum", "drum_radius": 0.01, "length_at_zero": 0.1}
@@ -227,6 +238,9 @@ LIKELY = {
     "temperature_a": ["T", 3],
     "load": ["kg", 3],
     "applied": ["force", 2],
+    "applied_unit": ["A", "V", "duty", "N*m"],
+    "position_unit": ["rad", "rad/s", "mm", "mm/s", "counts"],
+    "model": ["reference", "linear"],
     "accept_units": [["position", "time"], ["x"]],
 }
 
@@ -264,6 +278,24 @@ def metadata(draw) -> str:
 ABOUT = mostly(metadata(), metadata(), metadata(), st.text(max_size=40)).map(
     lambda text: text.encode("utf-8", "surrogatepass")
 )
+
+
+@st.composite
+def swings(draw) -> bytes:
+    """A log that can be read, of motion or of none, short or long, even or not."""
+    rows = draw(st.sampled_from([2, 3, 5, 12, 60, 200]))
+    step = draw(st.sampled_from([0.001, 0.01, 0.02, 0.5, 30.0]))
+    size = draw(st.sampled_from([0.0, 1e-9, 0.3, 3.0, 1e4]))
+    time = step * np.arange(rows)
+    moved = size * np.cos(draw(st.sampled_from([0.0, 1.0, 7.0])) * time)
+    heat = 25.0 + draw(st.sampled_from([0.0, 30.0])) * (1.0 - np.exp(-time))
+    load = np.where(time > 0.5 * time[-1], draw(st.sampled_from([0.0, 0.2])), 0.1)
+    table = zip(time, moved, heat, load, np.sin(3.0 * time), strict=True)
+    lines = [",".join(f"{value:.6g}" for value in row) for row in table]
+    return "\n".join(["t,x,T,kg,force", *lines]).encode()
+
+
+GOOD_LOGS = swings()
 SUFFIX = mostly(st.just(".csv"), st.sampled_from([".tsv", ".lvm", ".txt", ".h5"]))
 
 
@@ -283,13 +315,32 @@ def _says_how_to_fix(error: MuscleBayesError) -> None:
     assert "Fix: " in str(error)
 
 
-def _read(log: bytes, about: bytes, suffix: str) -> None:
+def _read(log: bytes, about: bytes, suffix: str) -> Run | None:
     try:
         run = run_from_bytes(log, about, Path(f"a{suffix}"), Path("a.toml"))
     except MuscleBayesError as error:
         _says_how_to_fix(error)
-        return
+        return None
     _use(run)
+    return run
+
+
+def _pose(log: bytes, about: bytes, suffix: str) -> None:
+    """What is read is a calibration problem with finite priors and data, or the message says why not."""
+    run = _read(log, about, suffix)
+    if run is None:
+        return
+    try:
+        problem = pose([run])
+    except MuscleBayesError as error:
+        _says_how_to_fix(error)
+        return
+    for name, site in problem.sites.items():
+        for leaf in jax.tree.leaves(site.prior):
+            assert np.isfinite(np.asarray(leaf)).all(), name
+    for lanes in problem.data.lanes:
+        for leaf in (lanes.time, lanes.reading, lanes.weight, *jax.tree.leaves(lanes.schedule)):
+            assert np.isfinite(np.asarray(leaf)).all()
 
 
 def _guess(log: bytes, suffix: str) -> None:
@@ -310,7 +361,7 @@ def _guess(log: bytes, suffix: str) -> None:
         _says_how_to_fix(error)
 
 
-QUICK = settings(max_examples=150, deadline=None, derandomize=True)
+QUICK = settings(max_examples=300, deadline=None, derandomize=True)
 LONG = settings(
     max_examples=10_000, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
@@ -320,6 +371,12 @@ LONG = settings(
 @given(LOGS, ABOUT, SUFFIX)
 def test_no_log_and_no_metadata_end_in_a_traceback(log, about, suffix):
     _read(log, about, suffix)
+
+
+@settings(QUICK, max_examples=100)
+@given(GOOD_LOGS, metadata().map(str.encode), st.just(".csv"))
+def test_what_is_read_can_be_fitted_or_the_message_says_why_not(log, about, suffix):
+    _pose(log, about, suffix)
 
 
 @QUICK
@@ -334,6 +391,14 @@ def test_no_log_is_guessed_into_a_traceback(log, suffix):
 @given(LOGS, ABOUT, SUFFIX)
 def test_ten_thousand_logs_and_metadata_end_in_no_traceback(log, about, suffix):
     _read(log, about, suffix)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+@settings(LONG, max_examples=3000)
+@given(GOOD_LOGS, metadata().map(str.encode), st.just(".csv"))
+def test_three_thousand_runs_can_be_fitted_or_the_message_says_why_not(log, about, suffix):
+    _pose(log, about, suffix)
 
 
 @pytest.mark.slow

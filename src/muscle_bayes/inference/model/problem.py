@@ -34,6 +34,8 @@ Regime = Literal["fast", "slow"]
 TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
 """Prior median of how long misfit lasts, s."""
 
+FEWEST_READINGS = 5
+"""Mean readings of the shortest run that is fitted."""
 SIZE_STEP = 64
 """Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
 
@@ -176,6 +178,16 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
     )
 
 
+def _long_enough(run: Run, record: Record) -> Record:
+    told = int(np.sum(record.weight > 0))
+    if told < FEWEST_READINGS:
+        raise MuscleBayesError(
+            f"{run.name}: {run.duration:.3g} s give {told} mean readings, too few for a fit, which "
+            f"needs {FEWEST_READINGS}. Fix: give a longer log"
+        )
+    return record
+
+
 def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
     if not runs:
         raise MuscleBayesError("no runs were given to fit; name at least one CSV file or folder")
@@ -229,7 +241,7 @@ def pose(
     Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
     """
     _check(runs, effects)
-    records = [record_of(run) for run in runs]
+    records = [_long_enough(run, record_of(run)) for run in runs]
     size = prior.scales(runs, records)
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):

@@ -1,0 +1,73 @@
+"""The measured inputs that failed once, from file to fit: values that others found."""
+
+from pathlib import Path
+
+import pytest
+
+import muscle_bayes as mb
+from muscle_bayes.data.reader import run_from_bytes
+from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.inference.posteriors.summary import summarise
+
+pytestmark = [pytest.mark.real, pytest.mark.slow, pytest.mark.timeout(600)]
+HEAD = 'format = 1\nprotocol = "free"\norigin = "measured"\n'
+ABOUT = {
+    "free-swing-1.txt": HEAD
+    + "[log]\nskip_lines = 2\nheader = false\nsample_rate = 1000.0\n"
+    + '[columns]\nposition = 1\nposition_unit = "deg"\n'
+    + '[element_a]\nkind = "arm"\nmass = 0.0157\ncentre_distance = 0.0685\n',
+    "driven-pendulum.csv": HEAD
+    + '[columns]\ntime = "time"\nposition = "position"\nposition_unit = "rad"\napplied = "torque"\n'
+    + '[drive]\noffset = 0.0\n[element_a]\nkind = "arm"\nmass = 0.546\ncentre_distance = 0.5\n',
+    "gyro-wheel.csv": HEAD
+    + '[columns]\ntime = "time"\nposition = "angular_velocity"\nposition_unit = "rad/s"\n'
+    + '[element_a]\nkind = "arm"\nmass = 1.55\ncentre_distance = 0.296\n',
+}
+
+
+def fitted(cases: Path, name: str, *effects: str) -> Posterior:
+    log = cases / name
+    known = ABOUT.get(name)
+    about = log.with_suffix(".toml").read_bytes() if known is None else known.encode()
+    run = run_from_bytes(log.read_bytes(), about, log, log.with_suffix(".toml"))
+    return mb.fit([run], effects=effects, effort="quick", progress=False)
+
+
+def interval(posterior: Posterior, name: str) -> tuple[float, float]:
+    row = summarise(posterior)["parameters"][name]
+    return row["q05"], row["q95"]
+
+
+def test_a_pendulum_swings_past_its_lowest_point(cases: Path) -> None:
+    posterior = fitted(cases, "past-pi.csv", "viscous-friction")
+    assert posterior.converged, posterior.complaints
+    summary = summarise(posterior)
+    assert summary["explained"], summary["unexplained"]
+    assert summary["runs"]["past-pi"]["rmse"] < 1.5 * 0.00314
+    for name, truth in (("J", 2e-3), ("D", 4.5e-3), ("viscous-friction.coefficient", 6e-4)):
+        assert summary["parameters"][name]["mean"] == pytest.approx(truth, rel=0.01)
+
+
+def test_a_wheel_that_coasts_tells_the_ratio_of_friction_to_inertia(cases: Path) -> None:
+    posterior = fitted(cases, "coast.csv")
+    draws = posterior.tree["posterior"]
+    ratio = (draws["D"] / draws["J"]).to_numpy()
+    assert ratio.std() < 0.02 * ratio.mean()
+    assert draws["J"].to_numpy().std() > 0.5 * draws["J"].to_numpy().mean()
+
+
+def test_a_free_swing(cases: Path) -> None:
+    low, high = interval(fitted(cases, "free-swing-1.txt", "viscous-friction"), "J")
+    assert low < 1.37e-5 < high
+
+
+def test_a_gyroscope_on_a_wheel(cases: Path) -> None:
+    posterior = fitted(cases, "gyro-wheel.csv", "viscous-friction")
+    assert summarise(posterior)["parameters"]["J"]["mean"] == pytest.approx(0.0968, rel=0.02)
+
+
+def test_a_driven_pendulum_whose_torque_has_another_scale(cases: Path) -> None:
+    posterior = fitted(cases, "driven-pendulum.csv")
+    low, high = interval(posterior, "D")
+    assert low < 0.29 < high
+    assert interval(posterior, "drive.gain")[1] < 1.2
