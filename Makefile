@@ -95,9 +95,9 @@ docs: $(READY) ## build these pages as a site in build/docs, with what `make not
 	@$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
 	@echo "open build/docs/index.html"
 
-MUSCLE ?= docs/notebooks/kept/muscle.nc
-readme-figure: $(READY) ## draw the README's figure anew (MUSCLE=posterior of the staircases)
-	@$(BIN)/python scripts/readme_figure.py $(MUSCLE)
+readme-figure: $(READY) ## draw the README's figures anew, the discovery from what `make study` found
+	@$(BIN)/python scripts/draw_rig.py
+	@cp reports/figures/discovery.png docs/figures/discovery.png
 
 package: $(READY) ## build wheel and sdist into dist/
 	@$(BIN)/python -m hatchling build

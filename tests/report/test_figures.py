@@ -32,7 +32,7 @@ def test_predictions_tell_origin_units_and_intervals(tmp_path):
     one = sawtooth()
     fig = predictive_figure(one, check_run(one), "synthetic")
     told = texts(fig)
-    for word in ("SYNTHETIC", "[counts]", "[deg]", "temperature A [°C]", "time [s]", "90% of"):
+    for word in ("Synthetic data", "[counts]", "[deg]", "temperature A [°C]", "time [s]", "90% of"):
         assert word in told
     for name in ("a.png", "b.png"):
         save(predictive_figure(one, check_run(one), "synthetic"), tmp_path / name)
@@ -61,7 +61,7 @@ def test_drift_without_cold_phases_tells_why():
 def test_prior_predictions_have_a_panel_for_each_run(count, tmp_path):
     fig = prior_predictive_figure([gaussian(readings=100, draws=50)] * count, "synthetic")
     assert len(fig.axes) == count
-    assert "SYNTHETIC" in texts(fig)
+    assert "Synthetic data" in texts(fig)
     save(fig, tmp_path / "prior.png")
 
 
@@ -75,6 +75,13 @@ def test_posteriors_show_units_published_values_and_failed_convergence(tmp_path)
     posterior = posterior_of(prior, after, converged=False)
     fig = posterior_figure(posterior, {"D": 1.1, "C": 3.0}, "rig")
     told = texts(fig)
-    for word in ("rig, SYNTHETIC", "NOT CONVERGED", "D [N]", "published value", "published 3 →"):
+    for word in (
+        "rig",
+        "Synthetic data",
+        "NOT CONVERGED",
+        "D [N]",
+        "published value",
+        "published 3 →",
+    ):
         assert word in told
     save(fig, tmp_path / "posterior.png")

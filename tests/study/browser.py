@@ -62,8 +62,10 @@ def _messages(source: Any) -> Iterator[dict[str, Any]]:
         yield from (json.loads(one) for one in whole)
 
 
-def opened(page: Path, profile: Path) -> tuple[list[str], list[str], str]:
-    """URLs that a page requested, what it complained of, and its text, once it is loaded."""
+def opened(
+    page: Path, profile: Path, width: int = 1200, expression: str = "document.body.innerText"
+) -> tuple[list[str], list[str], Any]:
+    """URLs that a page of this width requested, what it complained of, and an expression's value."""
     process, write, read = _ask(executable(), profile)
     with process, write, read:
         said = _messages(read)
@@ -86,10 +88,12 @@ def opened(page: Path, profile: Path) -> tuple[list[str], list[str], str]:
         session = tell("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Network", "Runtime", "Log"):
             tell(f"{domain}.enable", session)
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        tell("Emulation.setDeviceMetricsOverride", session, **size)
         tell("Page.navigate", session, url=page.as_uri())
         while not any(one.get("method") == "Page.loadEventFired" for one in seen):
             seen.append(next(said))
-        told = tell("Runtime.evaluate", session, expression="document.body.innerText")
+        told = tell("Runtime.evaluate", session, expression=expression, returnByValue=True)
         tell("Browser.close")
     requests = [
         one["params"]["request"]["url"]

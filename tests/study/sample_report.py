@@ -20,7 +20,7 @@ def figures(folder: Path, *keys: str) -> dict:
         axis.plot([0, 1, 4])
         axis.set_xlabel("time [s]")
         save(fig, folder / "figures" / f"{key}.svg")
-        listed[key] = {"path": f"figures/{key}", "caption": f"Synthetic data. Figure {key}."}
+        listed[key] = {"path": f"figures/{key}", "caption": f"Figure {key}."}
     return listed
 
 
@@ -49,7 +49,14 @@ def sample(folder: Path) -> Path:
         "command": "muscle-bayes study --runs data",
         "shortened": "",
         "left_out": [{"name": "control", "why": "there is no muscle"}],
-        "abstract": ["One sentence.", "Another one."],
+        "answers": {
+            "table": grid("quantity", "median", "90 % interval", "unit"),
+            "trust": ["The chains converged."], "unknown": ["C with F."], "missing": ["Nothing."],
+            "drift": ["It creeps."], "control": ["Use these gains."],
+        },
+        "residuals": {"a": {"unit": "counts", "time": [0.0, 1.0, 2.0], "residual": [0.1, -0.2, 0.0],
+                            **{key: [value] * 3 for key, value in
+                               (("q05", -1.0), ("q25", -0.4), ("q75", 0.4), ("q95", 1.0))}}},
         "runs": grid("run", "protocol", "length [s]"),
         "shown_runs": ["a"],
         "fixture": {"coulomb": fit(), "linear": fit(), "law": "coulomb", "friction": "Coulomb.",
@@ -65,9 +72,9 @@ def sample(folder: Path) -> Path:
             "ending": "The search ended.", "revision": "No effect.", "revised": None, "shown": ["a"],
         },
         "control": {"told": "Better.", "notes": ["simulated"], "how": "Tuned.", "gains": grid("gains"),
-                    "risks": grid("scenario"), "scenarios": ["step"]},
+                    "risks": grid("scenario"), "figures": ["control-step"]},
         "calibration": {"sbc": grid("posterior"), "sbc_figures": ["sbc-fixture"], "trial": None,
-                        "gradient": grid("way"), "sampling": None},
+                        "trial_size": "", "gradient": grid("way"), "sampling": None},
         "figures": figures(folder, "run-a", "predicted-a", "misfit", "control-step", "sbc-fixture"),
         "versions": [["python", "3.13"]],
         "checksums": [["a", "0" * 64]],

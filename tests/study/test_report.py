@@ -50,11 +50,14 @@ def test_html_holds_all_that_it_shows(report):
     text = (report / "report.html").read_text()
     parser = References()
     parser.feed(text)
-    assert len(parser.found) == 5  # the sample's figures
-    assert all(one.startswith("data:image/svg+xml;base64,") for one in parser.found)
+    shown = [one for one in parser.found if not one.startswith("#")]
+    assert len(shown) == 5  # the sample's figures
+    assert all(one.startswith("data:image/svg+xml;base64,") for one in shown)
     style = re.findall(r"<style>(.*?)</style>", text, re.DOTALL)
     assert not re.search(r"@import|url\(|http", " ".join(style))
-    assert "<script" not in text
+    assert not re.search(
+        r"(import|fetch|src)\s*\(", " ".join(re.findall(r"<script>(.*?)</script>", text, re.DOTALL))
+    )
 
 
 def test_html_has_every_section_and_escapes_what_users_wrote(report):
@@ -67,12 +70,19 @@ def test_html_has_every_section_and_escapes_what_users_wrote(report):
     assert "These data are synthetic." in text
 
 
-def test_every_caption_of_synthetic_data_says_so(report):
-    captions = re.findall(
-        r"<figcaption>(.*?)</figcaption>", (report / "report.html").read_text(), re.DOTALL
-    )
-    assert len(captions) > 15
-    assert all("Synthetic data." in caption for caption in captions)
+def test_the_first_page_answers_and_says_synthetic_once(report):
+    text = unescape((report / "report.html").read_text())
+    first = text[: text.index("What was measured</h2>")]
+    for answer in ("How sure?", "What was missing?", "Does it creep while cold?", "Which gains?"):
+        assert answer in first
+    assert text.count("These data are synthetic.") == 1
+
+
+def test_contents_are_links(report):
+    text = (report / "report.html").read_text()
+    places = set(re.findall(r'href="#([^"]+)"', text))
+    assert len(places) >= 10
+    assert places <= set(re.findall(r'id="([^"]+)"', text))
 
 
 def test_html_opens_from_disk_without_request_or_complaint(report, tmp_path):
@@ -83,3 +93,30 @@ def test_html_opens_from_disk_without_request_or_complaint(report, tmp_path):
     assert fetched == [(report / "report.html").as_uri()]
     assert complaints == []
     assert "These data are synthetic." in text
+
+
+ZOOM = """(() => {
+  const svg = document.querySelector(".residuals svg");
+  const texts = () => svg.querySelectorAll("text")[4].textContent;
+  const before = texts();
+  const box = svg.getBoundingClientRect();
+  svg.dispatchEvent(new WheelEvent("wheel", {deltaY: -100, clientX: box.left + box.width / 2, bubbles: true,
+    cancelable: true}));
+  document.querySelector("figure img").click();
+  return {before, after: texts(), points: svg.querySelectorAll("circle").length,
+    zoomed: document.querySelectorAll("figure.zoomed").length,
+    wider: document.documentElement.scrollWidth - window.innerWidth};
+})()"""
+
+
+@pytest.mark.parametrize("width", [400, 1200])
+def test_residuals_zoom_in_a_browser_and_nothing_is_wider_than_the_window(report, tmp_path, width):
+    if executable() is None:
+        pytest.skip("there is no Chromium here (`apt-get install chromium`)")
+    _, complaints, found = opened(report / "report.html", tmp_path, width, ZOOM)
+    assert complaints == []
+    assert float(found["before"]) == 2.0
+    assert float(found["after"]) < 2.0
+    assert found["points"] == 1
+    assert found["zoomed"] == 1
+    assert found["wider"] <= 0

@@ -2,7 +2,10 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+from muscle_bayes.report.style import GREY
 
 Values = NDArray[np.float64]
 
@@ -19,6 +22,10 @@ def draw_bands(axis: Axes, time: Values, draws: Values, told: str) -> None:
         axis.fill_between(time, low, high, color=shade, linewidth=0, label=label)
 
 
-def origin_word(origin: str) -> str:
-    """How titles tell where data come from."""
-    return "SYNTHETIC" if origin == "synthetic" else "measured"
+def mark_origin(fig: Figure, origin: str) -> None:
+    """Say in the lower right corner that data are synthetic, where they are."""
+    if "synthetic" in origin.lower() and not any(one.get_gid() == "origin" for one in fig.texts):
+        fig.text(
+            0.998, 0.002, "Synthetic data", ha="right", va="bottom", fontsize=7, color=GREY,
+            gid="origin",
+        )  # fmt: skip

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from scipy.stats import binom
 
 from muscle_bayes.criticism.sbc import RANKS, Calibration
-from muscle_bayes.report.style import BLUE, GREY, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 COLUMNS = 5
 POINTWISE = 0.99
@@ -29,14 +29,14 @@ def calibration_figure(found: Calibration, title: str) -> Figure:
     chances = found.p_values()
     name, chance = found.smallest()
     with quiet_style():
-        fig = Figure(figsize=(9.0, 1.1 + 1.35 * rows))
+        fig = Figure(figsize=(WIDTH, 0.8 + 0.78 * rows))
         fig.suptitle(
             f"{title}: {found.sets} data sets, parameters drawn from {found.source}; "
             f"{found.converged} converged\n"
             f"least uniform: {name}, p = {chance:.2g} after Bonferroni's correction",
             x=0.01,
             ha="left",
-            fontsize=10,
+            fontsize=9,
         )
         axes: Any = fig.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
         for axis in axes.flat[len(names) :]:
@@ -47,9 +47,9 @@ def calibration_figure(found: Calibration, title: str) -> Figure:
             poor = chances[one] * len(names) < 0.05
             axis.fill_between(ranks, low - uniform, high - uniform, color=GREY, alpha=0.3, lw=0)
             axis.plot(ranks, away, color=VERMILLION if poor else BLUE, drawstyle="steps-post")
-            axis.set_title(f"{one}  p {chances[one]:.2g}", fontsize=7, fontweight="normal")
+            axis.set_title(f"{one}\np {chances[one]:.2g}", fontsize=7, fontweight="normal")
         for axis in axes[-1]:
-            axis.set_xlabel("rank of the truth")
+            axis.set_xlabel("rank", fontsize=7)
         for axis in axes[:, 0]:
-            axis.set_ylabel("ECDF - uniform")
+            axis.set_ylabel("ECDF minus\nuniform", fontsize=7)
     return fig

@@ -11,7 +11,7 @@ from muscle_bayes.control.metrics import SAFE_TEMPERATURE
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.study import Robustness, RunawayCurve
 from muscle_bayes.report.bands import draw_bands
-from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
 
 _LEGEND: Final[Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
 
@@ -31,8 +31,8 @@ def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
     loaded = bool(np.any(course.load))
     heights = [2.0, 1.4] + [0.7] * loaded
     with quiet_style():
-        fig = Figure(figsize=(8.0, 1.2 + 1.5 * sum(heights)))
-        fig.suptitle(_title(result, scenario), x=0.01, ha="left", fontsize=10)
+        fig = Figure(figsize=(WIDTH, 1.0 + 1.1 * sum(heights)))
+        fig.suptitle(_title(result, scenario), x=0.01, ha="left", fontsize=9)
         axes = fig.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         _angle(axes[0], time, outcome.angle, np.asarray(course.setpoint[::SHOWN_EVERY]))
         _temperatures(axes[1], time, outcome.temperature)
@@ -42,6 +42,38 @@ def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
         axes[-1].set_xlabel("time [s]")
         axes[-1].set_xlim(time[0], time[-1])
         fig.align_ylabels(list(axes))
+    return fig
+
+
+def responses_figure(result: Robustness) -> Figure:
+    """Angle in every scenario, a panel each: setpoint, median and bands over the draws.
+
+    Args:
+        result: of gains that were judged, by `muscle_bayes.control.study.robustness`.
+
+    Returns:
+        A matplotlib figure: angle [deg] over time [s].
+    """
+    courses = result.scenarios
+    columns = min(3, len(courses))
+    rows = -(-len(courses) // columns)
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 0.5 + 1.5 * rows))
+        axes: Any = fig.subplots(rows, columns, squeeze=False)
+        for axis, one in zip(axes.flat, courses, strict=False):
+            setpoint = np.asarray(one.course.setpoint[::SHOWN_EVERY])
+            _angle(axis, result.time(one.name), result.outcomes[one.name].angle, setpoint)
+            axis.get_legend().remove()
+            axis.set_title(one.name, fontsize=8)
+            axis.set_ylabel("")
+        for axis in axes.flat[len(courses) :]:
+            axis.set_axis_off()
+        for axis in axes[:, 0]:
+            axis.set_ylabel(r"$\theta$ [deg]")
+        for axis in axes[-1]:
+            axis.set_xlabel("time [s]")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        fig.legend(handles, labels, loc="outside lower left", ncols=4)
     return fig
 
 
@@ -79,7 +111,7 @@ def _temperatures(axis: Axes, time: np.ndarray, temperature: np.ndarray) -> None
 def runaway_figure(curve: RunawayCurve) -> Figure:
     """How well setpoint sines are followed, and how probable runaway is, against frequency."""
     with quiet_style():
-        fig = Figure(figsize=(8.0, 4.6))
+        fig = Figure(figsize=(WIDTH, 2.8))
         above, below = fig.subplots(2, sharex=True)
         low, middle, high = curve.error.T
         above.fill_between(curve.frequency, low, high, color=SKY, alpha=0.4, linewidth=0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,8 +11,8 @@ from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.result import Curve, Discovery, Judged, Step
 from muscle_bayes.discovery.summary import SIGNAL_WORDS
-from muscle_bayes.report.bands import draw_bands, origin_word
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style, save
+from muscle_bayes.report.bands import draw_bands, mark_origin
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style, save
 
 UNITS = {
     "q": "rad or m",
@@ -54,7 +55,7 @@ def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
         maps.append(("after", found.final.misfit))
     lines = found.located.traces
     with quiet_style():
-        fig = Figure(figsize=(9.0, 0.9 + 1.15 * len(lines)))
+        fig = Figure(figsize=(WIDTH, 0.7 + 0.5 * len(lines)))
         axes = fig.subplots(len(lines), len(maps), squeeze=False, sharey="row")
         for column, (when, one) in enumerate(maps):
             for row, line in enumerate(one.traces):
@@ -64,12 +65,42 @@ def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
             axes[0, column].set_title(f"{when}: p = {one.p_value:.2g}")
             axes[-1, column].set_xlabel("time [s]")
         fig.suptitle(
-            f"Where readings disagree with the model ({_kinds(origins)} data): reading minus model;\n"
+            "Where readings disagree with the model: reading minus model;\n"
             "shaded where the misfit exceeds what noise and uncertain parameters allow",
             x=0.01,
             ha="left",
-            fontsize=10,
+            fontsize=9,
         )
+        mark_origin(fig, " ".join(origins.values()))
+    return fig
+
+
+def discovery_figure(found: Discovery, run: str, origin: str) -> Figure:
+    """The discovery in one line: a run's residuals before, what may be missing, residuals after.
+
+    Args:
+        found: as `discover` gives it.
+        run: name of a run that was fitted.
+        origin: "measured" or "synthetic", as the run's metadata have it.
+
+    Returns:
+        A matplotlib figure: residuals [the log's unit] over time [s], probabilities between them.
+    """
+    maps = [("before", found.located), ("after", found.final.misfit)][: 1 + bool(found.steps)]
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 2.1))
+        axes: Any = fig.subplots(1, 1 + len(maps), width_ratios=[1.0, 0.75, 1.0][: 1 + len(maps)])
+        for axis, (when, one) in zip((axes[0], axes[-1]), maps, strict=False):
+            for line in one.traces:
+                if line.run == run:
+                    _residuals(axis, line, one)
+                    axis.set(xlabel="time [s]", ylabel=f"reading minus model [{line.unit}]")
+            axis.set_title(f"{run}, {when}", fontsize=8)
+        if found.steps:
+            axes[-1].sharey(axes[0])
+        _bars(axes[1], found, most=5)
+        axes[1].set_title("what is missing?", fontsize=8)
+        mark_origin(fig, origin)
     return fig
 
 
@@ -82,14 +113,10 @@ def _residuals(axis: Axes, line: Trace, found: MisfitMap) -> None:
     axis.margins(x=0.01)
 
 
-def _kinds(origins: Mapping[str, str]) -> str:
-    return ", ".join(sorted({origin_word(origin) for origin in origins.values()}))
-
-
 def unknown_figure(step: Step, curve: Curve, origins: Mapping[str, str]) -> Figure:
     """What a function that nobody has named adds to its port, over what it depends on."""
     with quiet_style():
-        fig = Figure(figsize=(6.0, 3.4))
+        fig = Figure(figsize=(WIDTH, 2.8))
         axis = fig.subplots()
         axis.axhline(0.0, color=GREY, linewidth=0.8)
         axis.fill_between(
@@ -103,8 +130,9 @@ def unknown_figure(step: Step, curve: Curve, origins: Mapping[str, str]) -> Figu
             xlabel=f"{SIGNAL_WORDS[signal]} [{UNITS[signal]}]", ylabel=f"change of the {what}{unit}"
         )
         axis.margins(x=0.01)
-        axis.legend(fontsize=8)
-        axis.set_title(f"Unknown effect on the {step.port} ({_kinds(origins)} data)")
+        axis.legend(fontsize=7)
+        axis.set_title(f"Unknown effect on the {step.port}")
+        mark_origin(fig, " ".join(origins.values()))
     return fig
 
 
@@ -117,23 +145,23 @@ def probability_figure(found: Discovery) -> Figure:
     Returns:
         A matplotlib figure.
     """
-    shown = sorted(
-        (item for item in found.probabilities.items() if item[1] >= LEAST_SHOWN),
-        key=lambda item: item[1],
-    )
-    names, values = zip(*shown, strict=True)
     with quiet_style():
-        fig = Figure(figsize=(6.0, 1.2 + 0.3 * len(names)))
-        axis = fig.subplots()
-        axis.barh(names, values, color=BLUE, height=0.6)
-        for row, value in enumerate(values):
-            axis.text(value + 0.01, row, f"{value:.1%}", va="center", fontsize=8)
-        axis.set(xlim=(0.0, 1.12), xlabel="probability that this is what the model lacks")
-        axis.set_title("First missing effect")
-        fig.supxlabel(
-            f"{len(found.probabilities) - len(names)} more below {LEAST_SHOWN:.1%}", fontsize=7
-        )
+        count = sum(value >= LEAST_SHOWN for value in found.probabilities.values())
+        fig = Figure(figsize=(WIDTH, 0.8 + 0.22 * count))
+        _bars(fig.subplots(), found, most=count)
     return fig
+
+
+def _bars(axis: Axes, found: Discovery, most: int) -> None:
+    """The likeliest answers to what the model lacks."""
+    ordered = sorted(found.probabilities.items(), key=lambda item: -item[1])
+    shown = [item for item in ordered if item[1] >= LEAST_SHOWN][:most][::-1]
+    axis.barh([name for name, _ in shown], [value for _, value in shown], color=BLUE, height=0.6)
+    for row, (_, value) in enumerate(shown):
+        axis.text(value + 0.02, row, f"{value:.0%}", va="center", fontsize=7)
+    axis.set(xlim=(0.0, 1.2), xlabel="probability")
+    axis.tick_params(axis="y", labelsize=7)
+    axis.grid(visible=False, axis="y")
 
 
 def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
@@ -151,14 +179,15 @@ def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
     if found.steps:
         models.append(("with " + " + ".join(step.added for step in found.steps), found.final))
     with quiet_style():
-        fig = Figure(figsize=(4.6 * len(models) + 0.6, 5.0))
+        fig = Figure(figsize=(WIDTH, 3.2))
         axes = fig.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
         for column, (name, judged) in enumerate(models):
             _overlay(axes[:, column], judged, run, name)
         handles, labels = axes[0, 0].get_legend_handles_labels()
         fig.legend(handles, labels, fontsize=7, ncols=4, loc="outside lower left")
         held = ", held out" if run in found.held_out else ""
-        fig.suptitle(f"{run}, {origin_word(origin)}{held}", x=0.01, ha="left", fontsize=10)
+        fig.suptitle(f"{run}{held}", x=0.01, ha="left", fontsize=9)
+        mark_origin(fig, origin)
     return fig
 
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from muscle_bayes.criticism.drift import ColdPhase, Drift
 from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
-from muscle_bayes.report.bands import draw_bands, origin_word
-from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
+from muscle_bayes.report.bands import draw_bands, mark_origin
+from muscle_bayes.report.style import BLACK, BLUE, GREY, WIDTH, quiet_style
 
 _DOT: Final[Any] = {"marker": ".", "markersize": 2.5, "linestyle": "none", "color": BLACK}
 
@@ -30,8 +30,9 @@ def drift_figure(prediction: Prediction, drift: Drift, origin: str = "measured")
     columns = min(count, 4)
     rows = -(-count // columns)
     with quiet_style():
-        fig = Figure(figsize=(8.0, 1.0 + 1.9 * rows + 2.3))
-        fig.suptitle(_drift_title(drift, origin), x=0.01, ha="left", fontsize=10)
+        fig = Figure(figsize=(WIDTH, 0.7 + 1.2 * rows + 1.4))
+        fig.suptitle(_drift_title(drift), x=0.01, ha="left", fontsize=9)
+        mark_origin(fig, origin)
         if not drift.phases:
             fig.text(0.5, 0.5, f"no cold phase: {drift.reason}", ha="center", wrap=True)
             return fig
@@ -51,8 +52,8 @@ def drift_figure(prediction: Prediction, drift: Drift, origin: str = "measured")
     return fig
 
 
-def _drift_title(drift: Drift, origin: str) -> str:
-    head = f"{drift.run}, {origin_word(origin)}: creep while cold after heating"
+def _drift_title(drift: Drift) -> str:
+    head = f"{drift.run}: creep while cold after heating"
     if (d := drift.slope_difference) is None:
         return head
     return (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 LOOKS = (("o", GREY, "white"), ("s", BLUE, BLUE))
 """Marker, colour and filling of the model before and of that after."""
@@ -34,7 +34,7 @@ def forest_figure(
     columns = 2 if len(names) > 3 else 1
     rows = -(-len(names) // columns)
     with quiet_style():
-        fig = Figure(figsize=(8.0, 0.7 + 0.72 * rows))
+        fig = Figure(figsize=(WIDTH, 0.5 + 0.62 * rows))
         axes = fig.subplots(rows, columns, squeeze=False).T.ravel()
         for axis, name in zip(axes, names, strict=False):
             for row, (look, one) in enumerate(zip(LOOKS, posteriors.values(), strict=True)):

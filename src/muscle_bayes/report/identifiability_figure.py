@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from muscle_bayes.inference.posteriors.identifiability import Identifiability
-from muscle_bayes.report.style import BLUE, GREY, quiet_style
+from muscle_bayes.report.style import BLUE, GREY, WIDTH, quiet_style
 
 
 def identifiability_figure(found: Identifiability) -> Figure:
@@ -18,7 +18,7 @@ def identifiability_figure(found: Identifiability) -> Figure:
     names = list(found.parameters)[::-1]
     rows = [found.parameters[name] for name in names]
     with quiet_style():
-        fig = Figure(figsize=(6.5, 0.9 + 0.23 * len(names)))
+        fig = Figure(figsize=(WIDTH, 0.6 + 0.155 * len(names)))
         axis = fig.subplots()
         bars = axis.barh(
             names, [max(row.contraction, 0.0) for row in rows], color=BLUE, height=0.62

@@ -11,7 +11,7 @@ from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
-from muscle_bayes.report.style import BLUE, GREY, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 Values = NDArray[np.float64]
 DRAWS: Final = 800
@@ -45,7 +45,7 @@ def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = N
     labels = {name: _label(group, name, powers[name]) for name in names}
     size = len(names)
     with quiet_style():
-        fig = Figure(figsize=(9.0, 9.0) if size > 4 else (2.4 * size, 2.4 * size))
+        fig = Figure(figsize=(WIDTH, WIDTH) if size > 4 else (1.8 * size, 1.8 * size))
         axes = fig.subplots(size, size, squeeze=False, sharex="col")
         for row, y in enumerate(names):
             for column, x in enumerate(names):
@@ -134,17 +134,16 @@ def _density(pair: tuple[Values, Values], at: list[Values]) -> tuple[Values, lis
 def _frame(axis: Axes, labels: tuple[str, str], place: tuple[int, int], size: int) -> None:
     """Labels at the left and the lower edge only."""
     row, column = place
-    small = 6 if size > 4 else 8
-    axis.tick_params(labelsize=small - 1)
-    axis.locator_params(nbins=3)
+    axis.tick_params(labelsize=7)
+    axis.locator_params(nbins=2 if size > 4 else 3)
     axis.grid(visible=False)
     if row == size - 1:
-        axis.set_xlabel(labels[0], fontsize=small)
-        axis.tick_params(axis="x", labelrotation=40)
+        axis.set_xlabel(labels[0], fontsize=7)
+        axis.tick_params(axis="x", labelrotation=60)
     else:
         axis.tick_params(labelbottom=False)
     if column == 0 and row > 0:
-        axis.set_ylabel(labels[1], fontsize=small)
+        axis.set_ylabel(labels[1], fontsize=7)
     else:
         axis.tick_params(labelleft=False)
     axis.spines["right"].set(visible=column < row, color=GREY, linewidth=0.4)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, quiet_style
+from muscle_bayes.report.bands import mark_origin
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 MUSCLE_UNITS: Final = {
     "A": "1/°C²",
@@ -51,7 +52,7 @@ def posterior_figure(
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
     with quiet_style():
-        fig = Figure(figsize=(8.0, 1.1 + 2.0 * rows))
+        fig = Figure(figsize=(WIDTH, 0.7 + 1.05 * rows))
         axes = fig.subplots(rows, columns, squeeze=False).ravel()
         for axis, name in zip(axes, names, strict=False):
             draws = group[name].to_numpy().ravel(), posterior.tree["prior"][name].to_numpy().ravel()
@@ -66,8 +67,8 @@ def posterior_figure(
         )
         fig.legend(found.values(), found.keys(), loc="outside lower left", ncols=4)
         warning = "" if posterior.converged else " (NOT CONVERGED)"
-        origin = ", SYNTHETIC data" if "synthetic" in posterior.tree.attrs.get("origin", "") else ""
-        fig.suptitle(f"{label}{origin}{warning}", x=0.01, ha="left", fontsize=10)
+        fig.suptitle(f"{label}{warning}", x=0.01, ha="left", fontsize=9)
+        mark_origin(fig, posterior.tree.attrs.get("origin", ""))
     return fig
 
 
@@ -139,4 +140,3 @@ def _marginal(
     axis.set_yticks([])
     axis.locator_params(axis="x", nbins=4)
     axis.set_xlabel(f"{name} [{unit}]")
-    axis.set_ylabel("density")

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from muscle_bayes.criticism.coverage import RunCheck
 from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
-from muscle_bayes.report.bands import draw_bands, origin_word
+from muscle_bayes.report.bands import draw_bands, mark_origin
 from muscle_bayes.report.drift_figure import drift_figure
-from muscle_bayes.report.style import BLACK, BLUE, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, VERMILLION, WIDTH, quiet_style
 
 __all__ = ["drift_figure", "predictive_figure", "prior_predictive_figure"]
 
@@ -34,7 +34,7 @@ def predictive_figure(prediction: Prediction, check: RunCheck, origin: str) -> F
     heated = np.ptp(prediction.temperature) > 2.0
     heights = [2.4, 1.0, 1.4] if heated else [2.4, 1.4]
     with quiet_style():
-        fig = Figure(figsize=(8.0, 1.3 + 1.35 * sum(heights)))
+        fig = Figure(figsize=(WIDTH, 0.7 + 0.85 * sum(heights)))
         axes = fig.subplots(len(heights), sharex=True, height_ratios=heights)
         _readings(axes[0], prediction)
         if heated:
@@ -44,19 +44,20 @@ def predictive_figure(prediction: Prediction, check: RunCheck, origin: str) -> F
         for axis in axes:
             axis.margins(x=0.01)
         axes[-1].set_xlabel("time [s]")
-        fig.suptitle(_title(prediction, check, origin), x=0.01, ha="left", fontsize=10)
+        fig.suptitle(_title(prediction, check), x=0.01, ha="left", fontsize=9)
+        mark_origin(fig, origin)
         fig.align_ylabels(list(axes))
     return fig
 
 
-def _title(prediction: Prediction, check: RunCheck, origin: str) -> str:
+def _title(prediction: Prediction, check: RunCheck) -> str:
     rmse = f"RMSE {check.rmse:.3g} {check.unit}"
     if check.unit != check.judged_unit:
         rmse += f" = {check.judged_rmse:.3g} {check.judged_unit}"
     shares = (
         f"{check.coverage50:.0%} of readings in the 50 % band, {check.coverage90:.0%} in the 90 %"
     )
-    return f"{prediction.run}, {origin_word(origin)}: {rmse}\n{shares}"
+    return f"{prediction.run}: {rmse}\n{shares}"
 
 
 def _readings(axis: Axes, prediction: Prediction) -> None:
@@ -103,7 +104,7 @@ def prior_predictive_figure(
     """
     rows = -(-len(predictions) // 2)
     with quiet_style():
-        fig = Figure(figsize=(8.0, 0.9 + 2.2 * rows))
+        fig = Figure(figsize=(WIDTH, 0.6 + 1.6 * rows))
         axes = fig.subplots(rows, min(2, len(predictions)), squeeze=False).ravel()
         for axis, prediction in zip(axes, predictions, strict=False):
             draw_bands(axis, prediction.time, prediction.model, "prior models")
@@ -123,6 +124,6 @@ def prior_predictive_figure(
             axis.remove()
         handles, labels = axes[0].get_legend_handles_labels()
         fig.legend(handles, labels, loc="outside upper right", ncols=3)
-        title = f"Prior predictions, {origin_word(origin)} data"
-        fig.suptitle(title, x=0.01, ha="left", fontsize=10)
+        fig.suptitle("Prior predictions", x=0.01, ha="left", fontsize=9)
+        mark_origin(fig, origin)
     return fig

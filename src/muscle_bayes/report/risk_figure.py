@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class RiskCurve:
 def risk_figure(curve: RiskCurve, marked: Mapping[str, float]) -> Figure:
     """Cost and probabilities against the proportional gain; `marked` gains as lines."""
     with quiet_style():
-        fig = Figure(figsize=(7.0, 4.8))
+        fig = Figure(figsize=(WIDTH, 3.0))
         above, below = fig.subplots(2, sharex=True, height_ratios=[1.5, 1.0])
         low, middle, high = curve.cost.T
         above.fill_between(curve.proportional, low, high, color=SKY, alpha=0.4, linewidth=0)

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from muscle_bayes.data import Run
-from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, quiet_style
+from muscle_bayes.report.bands import mark_origin
+from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
 
 _SIDE_COLOURS = {"a": VERMILLION, "b": SKY}
 _MEDIAN_SPAN = 1.0
@@ -33,7 +34,7 @@ def run_figure(run: Run) -> Figure:
         panels.append((_applied, 1.2))
     heights = [height for _, height in panels]
     with quiet_style():
-        fig = Figure(figsize=(8.0, 1.0 + 1.6 * sum(heights)))
+        fig = Figure(figsize=(WIDTH, 0.6 + 0.8 * sum(heights)))
         axes = fig.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         for axis, (draw, _) in zip(axes, panels, strict=True):
             draw(axis, run)
@@ -42,14 +43,14 @@ def run_figure(run: Run) -> Figure:
         axes[0].set_title(_title(run))
         axes[-1].set_xlabel("time [s]")
         fig.align_ylabels(list(axes))
+        mark_origin(fig, run.metadata.origin)
     return fig
 
 
 def _title(run: Run) -> str:
-    origin = "SYNTHETIC" if run.metadata.origin == "synthetic" else "measured"
     loads = run.table["load"]
     load = f", load {loads[0] * 1e3:.4g} g" if loads[0] > 0 and loads.nunique() == 1 else ""
-    return f"{run.name}: {run.metadata.protocol} run, {origin}{load}"
+    return f"{run.name}: {run.metadata.protocol} run{load}"
 
 
 def _position(axis: Axes, run: Run) -> None:

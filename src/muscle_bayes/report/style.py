@@ -25,6 +25,10 @@ GREY: Final = "#8A8A8A"
 PALETTE: Final = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE, BLACK)
 
 DPI: Final = 150
+WIDTH: Final = 6.5
+"""Of a printed line, inch: figures as wide as this or narrower are printed as they are drawn."""
+SMALLEST: Final = 7.0
+"""Smallest text of a figure, points."""
 # Without these entries files would name the matplotlib version and the day that wrote them.
 _ANONYMOUS: Final[Any] = {"png": {"Software": None}, "svg": {"Creator": None, "Date": None}}
 
@@ -32,26 +36,26 @@ _RC: Final[Any] = {
     "axes.axisbelow": True,
     "axes.edgecolor": "#555555",
     "axes.grid": True,
-    "axes.labelsize": 9,
+    "axes.labelsize": 8,
     "axes.prop_cycle": cycler(color=PALETTE),
     "axes.spines.top": False,
     "axes.titlelocation": "left",
-    "axes.titlesize": 10,
+    "axes.titlesize": 9,
     "axes.titleweight": "bold",
     "axes.unicode_minus": True,
     "figure.constrained_layout.use": True,
     "figure.facecolor": "white",
     "font.family": "DejaVu Sans",
-    "font.size": 9,
+    "font.size": 8,
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.6,
-    "legend.fontsize": 8,
+    "legend.fontsize": 7.5,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
     "xtick.color": "#444444",
-    "xtick.labelsize": 8,
+    "xtick.labelsize": 7.5,
     "ytick.color": "#444444",
-    "ytick.labelsize": 8,
+    "ytick.labelsize": 7.5,
 }
 
 

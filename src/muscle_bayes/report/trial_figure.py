@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from muscle_bayes.discovery.naming import NONE
 from muscle_bayes.physics.effects import CATALOGUE
-from muscle_bayes.report.style import BLACK, BLUE, GREY, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, WIDTH, quiet_style
 from muscle_bayes.trial.counts import NOTHING, Rate
 
 
@@ -16,15 +16,15 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
     said = sorted({name for row in table.values() for name in row}, key=_place)
     hidden = sorted(table, key=_place)
     with quiet_style():
-        fig = Figure(figsize=(11.0, 1.8 + 0.32 * max(len(hidden), 8)))
-        left, right = fig.subplots(1, 2, width_ratios=[1.6, 1.0])
+        fig = Figure(figsize=(WIDTH, 1.4 + 0.17 * max(len(hidden), 8) + 1.9))
+        left, right = fig.subplots(2, 1, height_ratios=[0.9 + 0.17 * max(len(hidden), 8), 1.8])
         for row, name in enumerate(hidden):
             total = sum(table[name].values())
             for column, answer in enumerate(said):
                 count = table[name].get(answer, 0)
                 if count:
                     left.add_patch(_cell(column, row, count / total))
-                    left.text(column, row, str(count), ha="center", va="center", fontsize=8)
+                    left.text(column, row, str(count), ha="center", va="center", fontsize=7)
         left.set(xlim=(-0.6, len(said) - 0.4), ylim=(len(hidden) - 0.4, -0.6))
         left.set_xticks(range(len(said)), said, rotation=60, ha="right")
         left.set_yticks(range(len(hidden)), [_told(name) for name in hidden])
@@ -41,7 +41,7 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
                 xytext=(5, -9),
                 textcoords="offset points",
                 color=BLACK,
-                fontsize=8,
+                fontsize=7,
             )
         right.set(
             xlim=(0, 1.08), ylim=(-0.08, 1.05), xlabel="probability given", ylabel="share true"
@@ -51,7 +51,10 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
             f"calibration error {numbers['calibration_error']:.3f}"
         )
         fig.suptitle(
-            f"Trial of discovery on {numbers['cases']} SYNTHETIC data sets", x=0.01, ha="left"
+            f"Trial of discovery on {numbers['cases']} synthetic data sets",
+            x=0.01,
+            ha="left",
+            fontsize=9,
         )
     return fig
 

@@ -1,9 +1,11 @@
 """What the report's template is given: sentences, tables and figures, section by section."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from muscle_bayes.study import tables, words
+from muscle_bayes.study.answers import answers
 from muscle_bayes.study.numbers import plural
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
@@ -28,9 +30,9 @@ def contents(results: Results, left_out: Sequence[LeftOut]) -> dict[str, Any]:
         "command": plan.started_as,
         "shortened": LEFT_OUT_OF_QUICK if plan.preset == "quick" else "",
         "left_out": [{"name": one.name, "why": one.why} for one in left_out],
-        "abstract": [text for text in _abstract(results) if text],
+        "answers": answers(results),
         "runs": tables.runs(results.stages["data"]["runs"], _roles(results)),
-        "shown_runs": _one_of_each(results),
+        "shown_runs": [*plan.roles.held_out[-1:], *plan.roles.fitted[-1:]][:1],
         "fixture": _fixture(results),
         "muscle": _muscle(results),
         "checks": tables.checks(results.checks),
@@ -42,7 +44,10 @@ def contents(results: Results, left_out: Sequence[LeftOut]) -> dict[str, Any]:
         "discovery": _discovery(results),
         "control": _control(results),
         "calibration": _calibration(results),
-        "figures": results.figures,
+        "figures": _figures(results),
+        "residuals": {
+            name: one["residuals"] for name, one in results.checks.items() if "residuals" in one
+        },
         "versions": [[name, str(one)] for name, one in results.versions.items()],
         "checksums": [
             [name, run["checksum_sha256"]] for name, run in results.stages["data"]["runs"].items()
@@ -58,47 +63,11 @@ def _roles(results: Results) -> dict[str, str]:
     return {name: told.get(name, "described only") for name in results.plan.logs}
 
 
-def _one_of_each(results: Results) -> list[str]:
-    """The first run of each protocol."""
-    seen: dict[str, str] = {}
-    for name, run in results.stages["data"]["runs"].items():
-        seen.setdefault(run["protocol"], name)
-    return list(seen.values())
-
-
 def _predicted(results: Results) -> list[str]:
-    """Runs whose predictions the report draws: one of the fixture's, and all of the muscle."""
+    """Runs whose predictions the report draws: held out, or one of the fixture's and of the muscle's."""
     roles = results.plan.roles
-    chosen = [*roles.fixture[:1], *roles.muscle, *roles.held_out]
+    chosen = roles.held_out or (*roles.fixture[:1], *roles.muscle[:1])
     return [name for name in chosen if name in results.checks]
-
-
-def _abstract(results: Results) -> list[str]:
-    roles, fits = results.plan.roles, results.summaries
-    told = [
-        f"This report is about {plural(len(results.plan.logs), 'run')}: {len(roles.fixture)} without a "
-        f"muscle and {len(roles.muscle)} with one were fitted, {len(roles.held_out)} held out."
-    ]
-    told += [
-        words.converged(f"the fit {name}", one)
-        for name, one in fits.items()
-        if not one["converged"]
-    ]
-    if all(one["converged"] for one in fits.values()):
-        told.append(f"The chains of all {len(fits)} fits converged.")
-    for printed in results.plan.published:
-        fit = "muscle" if printed.of == "muscle" else f"fixture-{printed.of}"
-        if fit in fits:
-            where = f"{printed.name} of {printed.source}"
-            told.append(words.printed(fits[fit]["parameters"], printed.values, where))
-    if results.friction is not None:
-        told.append(words.friction(results.friction))
-    told += [words.prediction(name, results.checks[name]) for name in roles.held_out]
-    told += [words.creep(name, one) for name, one in results.drifts.items()]
-    told.append(results.stages["discovery"]["told"])
-    if (control := results.get("control")) is not None:
-        told.append(words.gains(control))
-    return told
 
 
 def _fit(results: Results, name: str, of: tuple[str, ...]) -> dict[str, Any]:
@@ -117,11 +86,29 @@ def _fit(results: Results, name: str, of: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _untold(found: Numbers) -> dict[str, Any]:
-    """What the data cannot tell."""
+def _figures(results: Results) -> dict[str, Any]:
+    """Figures with the smaller of vector and picture for the HTML."""
+    out = results.plan.out
+    return {
+        key: one
+        | {"html": min(("svg", "png"), key=lambda kind: _size(out / f"{one['path']}.{kind}"))}
+        for key, one in results.figures.items()
+    }
+
+
+def _size(path: Path) -> float:
+    return path.stat().st_size if path.exists() else float("inf")
+
+
+def _untold(found: Numbers, given: Sequence[str] = ()) -> dict[str, Any]:
+    """What the data do not identify; what other runs have given is left out."""
     known = found["identifiability"]
     return {
-        "directions": [one["words"] for one in known["directions"] if one["undetermined"]],
+        "directions": [
+            one["words"]
+            for one in known["directions"]
+            if one["undetermined"] and next(iter(one["loadings"]), "") not in given
+        ],
         "trade_offs": [
             f"{a} and {b}: {r:+.2f}".replace("-", "−") for a, b, r in known["trade_offs"]
         ],
@@ -147,16 +134,18 @@ def _muscle(results: Results) -> dict[str, Any] | None:
     if found is None:
         return None
     fit = _fit(results, "muscle", (results.plan.config.friction, "muscle"))
+    given = ("J", "D") if results.plan.roles.fixture else ()
     inertia = [
         words.inertia(name, run)
         for name, run in results.summaries["muscle"]["runs"].items()
         if run.get("inertia") is not None
     ]
-    return {**fit, "inertia": inertia, "untold": _untold(found)}
+    return {**fit, "inertia": inertia, "untold": _untold(found, given)}
 
 
 def _discovery(results: Results) -> dict[str, Any]:
     found, revised = results.stages["discovery"], results.stages["revised"]
+    roles = results.plan.roles
     told = {
         "told": found["told"],
         "located": words.located(found),
@@ -175,7 +164,7 @@ def _discovery(results: Results) -> dict[str, Any]:
         "ending": words.ending(found),
         "revision": words.revision(revised),
         "revised": None,
-        "shown": results.plan.roles.held_out[-1:] or results.plan.roles.fitted[-1:],
+        "shown": (roles.held_out[-1:] or roles.fitted[-1:]) if found["steps"] else (),
     }
     if "revised" in results.posteriors:
         of = (results.plan.config.friction, "muscle")
@@ -188,12 +177,12 @@ def _control(results: Results) -> dict[str, Any] | None:
     if found is None:
         return None
     return {
-        "told": words.gains(found),
+        "told": " ".join(found.get("answers") or words.gains_found(found)),
         "notes": found["notes"],
         "how": words.tuning(found),
         "gains": tables.gains(found),
         "risks": tables.risks(found),
-        "scenarios": [row["scenario"] for row in found["rows"]],
+        "figures": list(found["figures"]),
     }
 
 
@@ -204,6 +193,8 @@ def _calibration(results: Results) -> dict[str, Any]:
         name: None if found.get(name) is None else build(found[name])
         for name, build in made.items()
     }
+    trial = found.get("trial")
+    told["trial_size"] = "" if trial is None else f"{trial['cases']} cases were searched."
     told["sbc"] = tables.sbc(found["sbc"]) if found["sbc"] else None
     told["sbc_figures"] = [f"sbc-{name}" for name in found["sbc"]]
     return told

@@ -1,5 +1,6 @@
 """Numbers as a reader wants them."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -25,6 +26,11 @@ def number(value: float | None, digits: int = 4) -> str:
 def interval(row: Mapping[str, Any], digits: int = 4) -> str:
     """The central 90 %."""
     return f"{number(row['q05'], digits)} to {number(row['q95'], digits)}"
+
+
+def unit_of(text: str) -> str:
+    """A unit as it is set: powers raised."""
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), text)
 
 
 def percent(share: float) -> str:

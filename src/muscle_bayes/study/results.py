@@ -112,7 +112,10 @@ class Results:
                 for part in parts
                 if f"{part}-checks" in self.stages
             },
-            "checks": self.checks,
+            "checks": {
+                name: {key: value for key, value in one.items() if key != "residuals"}
+                for name, one in self.checks.items()
+            },
             "held_out": list(self.plan.roles.held_out),
             "drift": self.drifts,
             **without,

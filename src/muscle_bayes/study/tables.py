@@ -5,7 +5,7 @@ from typing import Any
 
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.study.config import Published
-from muscle_bayes.study.numbers import interval, number, percent
+from muscle_bayes.study.numbers import interval, number, percent, unit_of
 from muscle_bayes.study.words import agrees
 
 Numbers = Mapping[str, Any]
@@ -54,7 +54,7 @@ def parameters(
     for name, row in summary["parameters"].items():
         cells = [
             name,
-            units.get(name) or MUSCLE_UNITS.get(name, "1"),
+            unit_of(units.get(name) or MUSCLE_UNITS.get(name, "1")),
             number(row["mean"]),
             interval(row),
         ]

@@ -34,7 +34,9 @@ def printed(parameters: Numbers, values: Mapping[str, Sequence[float]], where: s
         return ""
     out = [name for name in shared if not agrees(parameters[name], values[name])]
     inside = len(shared) - len(out)
-    text = f"Of {plural(len(shared), 'value')} in {where}, {inside} lie inside the posterior's central 90 %"
+    text = (
+        f"{inside} of {plural(len(shared), 'value')} in {where} lie in the posterior's central 90 %"
+    )
     return text + (f"; outside: {', '.join(out)}." if out else ".")
 
 
@@ -58,8 +60,8 @@ def friction(found: Numbers) -> str:
 def prediction(name: str, check: Numbers) -> str:
     """How a run that was not fitted is predicted."""
     return (
-        f"Run {name} was not fitted and is predicted to {number(check['rmse'], 3)} {check['unit']} RMS; "
-        f"{percent(check['coverage90'])} of its readings lie inside the predictions' central 90 %."
+        f"Run {name} was not fitted. It is predicted to {number(check['rmse'], 3)} {check['unit']} RMS; "
+        f"{percent(check['coverage90'])} of its readings lie in the predictions' central 90 %."
     )
 
 
@@ -103,18 +105,27 @@ def revision(found: Numbers) -> str:
     )
 
 
-def gains(found: Numbers) -> str:
-    """What robust gains bring and cost against gains for the mean joint."""
-    rows = found["rows"]
+def gains_found(found: Numbers) -> list[str]:
+    """The recommended gains, where they fail, and what they bring against gains for the mean joint."""
+    rows, best = found["rows"], found["gains"]["robust"]
+    worst = max(rows, key=lambda row: row["robust"]["runaway"])
+    safe = sum(row["robust"]["runaway"] == 0.0 for row in rows)
     lower = sum(row["robust"]["cvar95"] < row["point"]["cvar95"] for row in rows)
-    fewer = sum(row["robust"]["runaway"] <= row["point"]["runaway"] for row in rows)
-    price = sum(row["robust"]["nominal"] - row["point"]["nominal"] for row in rows) / len(rows)
-    return (
-        f"On {plural(found['kept_apart'], 'draw')} kept apart, the recommended gains have a lower "
-        f"95 % CVaR of the cost than gains tuned for the mean joint in {lower} of {len(rows)} "
-        f"scenarios, and no more runaways in {fewer}. On the mean joint they cost {price:+.3g} more, mean "
-        "over the scenarios."
-    )
+    told = [
+        f"Use {best['law']} with proportional gain {number(best['proportional'])} duty/rad and integral "
+        f"gain {number(best['integral'])} duty/(rad s); both are in gains.toml.",
+        f"In {safe} of {len(rows)} scenarios no draw of the test set runs away or gets too hot.",
+    ]
+    if worst["robust"]["runaway"] > 0.0:
+        told.append(
+            f"They fail most often in the scenario \u201c{worst['about']}\u201d: "
+            f"{percent(worst['robust']['runaway'])} of the draws."
+        )
+    return [
+        *told,
+        f"The mean of their worst 5 % of costs (CVaR) is below that of gains tuned for the mean joint in "
+        f"{lower} of {len(rows)} scenarios.",
+    ]
 
 
 def tuning(found: Numbers) -> str:
@@ -122,7 +133,7 @@ def tuning(found: Numbers) -> str:
     scenarios = found["scenarios_tuned_for"]
     return (
         f"Gains were tuned on {plural(found['tuned_on'], 'joint')} for "
-        f"{plural(len(scenarios), 'scenario')} ({', '.join(scenarios)}) and judged on "
+        f"{plural(len(scenarios), 'scenario')} ({', '.join(scenarios)}), and tested on "
         f"{found['kept_apart']} others in all {len(found['rows'])}."
     )
 

@@ -9,13 +9,13 @@ import numpy as np
 from muscle_bayes.criticism.sbc import Calibration
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.json_file import write_json
-from muscle_bayes.report.calibration_figure import calibration_figure
+from muscle_bayes.report.calibration_figure import POINTWISE, calibration_figure
 from muscle_bayes.report.trial_figure import trial_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn
 from muscle_bayes.study.worker import Report
 
-SYNTHETIC = "Synthetic data."
+SYNTHETIC = "synthetic"
 
 
 def make(plan: Plan, name: str, report: Report) -> None:
@@ -28,8 +28,8 @@ def make(plan: Plan, name: str, report: Report) -> None:
             drawn.add(
                 f"sbc-{path.parent.name}",
                 calibration_figure(_ranks(numbers), path.parent.name),
-                f"Ranks of true values among posterior draws, {path.parent.name}: distribution less the "
-                "uniform one; the band holds a uniform quantity at each rank.",
+                f"Calibration of the {path.parent.name}'s posterior, a panel a quantity. A calibrated "
+                f"quantity stays in the grey band, at each rank with probability {POINTWISE:.0%}.",
                 SYNTHETIC,
             )
             continue
@@ -38,8 +38,8 @@ def make(plan: Plan, name: str, report: Report) -> None:
             drawn.add(
                 "trial",
                 trial_figure(numbers),
-                "Effects hidden in runs of random rigs: what was said first, and how often statements of a "
-                "probability were true.",
+                "Effects hidden in runs of random rigs. Above: the first answer to each. Below: how often "
+                "answers of a given probability were right.",
                 SYNTHETIC,
             )
     write_json(plan.result(name), {"sbc": sbc, **others, "figures": drawn.listed})

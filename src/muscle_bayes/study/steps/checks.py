@@ -1,8 +1,10 @@
-"""What the data tell of a fit, what its priors allow, and its predictions beside readings."""
+"""What the data say of a fit, what its priors allow, and its predictions beside readings."""
 
 from typing import Any
 
-from muscle_bayes.criticism.coverage import check_run
+import numpy as np
+
+from muscle_bayes.criticism.coverage import RunCheck, check_run
 from muscle_bayes.criticism.drift import drift
 from muscle_bayes.data import Run
 from muscle_bayes.inference.posteriors.identifiability import Identifiability, identify
@@ -32,7 +34,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
     held = [run for run in plan.runs(plan.roles.held_out) if drives(run) == moved]
     posterior = Posterior.load(plan.posterior(fit))
     drawn = Drawn(plan)
-    report("what the data tell", 0, 3)
+    report("what is identified", 0, 3)
     found = identify(posterior)
     _draw_posterior(plan, drawn, part, posterior, found, origin_of(fitted))
     report("what priors allow", 1, 3)
@@ -55,26 +57,31 @@ def _draw_posterior(
 ) -> None:
     fits = (posterior.friction, "muscle") if part == "muscle" else (posterior.friction,)
     printed = middles(values_of(plan.published, *fits))
-    mark = " Dashed: the published value." if printed else ""
+    mark = " Dashed red line: the published value." if printed else ""
     drawn.add(
         f"posterior-{part}",
         posterior_figure(posterior, printed, part),
-        f"Posterior of the {part}'s parameters (blue; the bar is its central 90 %) beside the prior "
-        f"(grey).{mark}",
+        f"What the runs say of the {part}'s parameters: posterior in blue, its central 90 % filled, prior "
+        f"in grey.{mark}",
         origin,
     )
     drawn.add(
         f"pairs-{part}",
         pairs_figure(posterior, printed),
-        "Posterior of pairs of parameters: regions that hold 50 and 90 % of the draws. Grey: where 90 % "
-        "of the prior lies, where that is narrower than the panel." + mark,
+        "Posterior of pairs of parameters: regions that hold 50 and 90 % of the draws. A slanted, narrow "
+        "region means that only a combination of the two is known." + mark,
         origin,
     )
     drawn.add(
         f"identifiability-{part}",
         identifiability_figure(found),
-        "How far the data narrow each parameter: 1 - width of the posterior's 90 % interval over the "
-        "prior's. Hatched: quantities that sit at a bound of their prior.",
+        "How far the data narrow each parameter. 1: known exactly; 0: no better than before. It is 1 minus "
+        "the width of the posterior's 90 % interval over that of the prior's."
+        + (
+            " Hatched: at a bound of its prior."
+            if any(one.edge for one in found.parameters.values())
+            else ""
+        ),
         origin,
     )
 
@@ -85,7 +92,8 @@ def _draw_prior(plan: Plan, drawn: Drawn, part: str, posterior: Posterior, runs:
     drawn.add(
         f"prior-{part}",
         prior_predictive_figure(prior[:2], runs[0].metadata.origin),
-        "What the priors alone allow: central 50 and 90 % of models without noise, and what was logged.",
+        "Before any fit, the model allows all of this: central 50 and 90 % of models drawn from the prior, "
+        "without noise, and what was logged.",
         origin_of(runs[:2]),
     )
 
@@ -100,6 +108,26 @@ def _predictions(plan: Plan, posterior: Posterior, runs: list[Run]) -> list[Pred
     ]
 
 
+def residuals_of(one: Prediction, most: int = 600) -> dict[str, Any]:
+    """Readings minus the mean model, and the predictions' bands about it, at `most` times."""
+    at = np.unique(np.linspace(0, one.time.size - 1, most).astype(int))
+    mean = one.model.mean(axis=0)[at]
+    levels = {"q05": 0.05, "q25": 0.25, "q75": 0.75, "q95": 0.95}
+    ends = np.quantile(one.reading[:, at] - mean, list(levels.values()), axis=0)
+    columns = {"time": one.time[at], "residual": one.observed[at] - mean}
+    columns |= dict(zip(levels, ends, strict=True))
+    rounded = {name: [float(f"{x:.4g}") for x in column] for name, column in columns.items()}
+    return {"unit": one.unit, **rounded}
+
+
+def _predicted_caption(run: str, check: RunCheck, held_out: bool) -> str:
+    return (
+        f"Run {run}{', which was not fitted' if held_out else ''}: predicted to {check.rmse:.2g} "
+        f"{check.unit} RMS, with {check.coverage90:.0%} of the readings in the central 90 % of the "
+        "predictions. Bottom: readings minus the mean model, with the predictions' bands."
+    )
+
+
 def _judged(
     plan: Plan, drawn: Drawn, predicted: list[Prediction], runs: dict[str, Run]
 ) -> dict[str, Any]:
@@ -109,12 +137,11 @@ def _judged(
         run = runs[one.run]
         check = check_run(one)
         ahead = one.run in plan.roles.held_out or one.run in plan.roles.until
-        checks[one.run] = check.as_dict() | {"ahead": ahead}
+        checks[one.run] = check.as_dict() | {"ahead": ahead, "residuals": residuals_of(one)}
         drawn.add(
             f"predicted-{one.run}",
             predictive_figure(one, check, run.metadata.origin),
-            f"Run {one.run}{', not fitted' if one.run in plan.roles.held_out else ''}: readings with the "
-            "central 50 and 90 % of predictions, what drove it, and what is left over.",
+            _predicted_caption(one.run, check, one.run in plan.roles.held_out),
             origin_of([run]),
         )
         if ahead and drives(run):
@@ -125,8 +152,8 @@ def _judged(
             drawn.add(
                 f"drift-{one.run}",
                 drift_figure(one, found, run.metadata.origin),
-                f"Run {one.run}: creep in each cold phase, from its own mean start, and slopes with their "
-                "90 % intervals.",
+                f"Creep of run {one.run} while cold, each phase from its own start. Below: measured and "
+                "predicted slopes with their 90 % intervals.",
                 origin_of([run]),
             )
     return {"checks": checks, "drift": drifts}

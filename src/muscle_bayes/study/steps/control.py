@@ -1,4 +1,4 @@
-"""Gains of an antagonistic joint: tuned for all draws, judged on draws that were kept apart."""
+"""Gains of an antagonistic joint: tuned for all draws, tested on draws that were not used."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from muscle_bayes.control.scenarios import STEP, thesis_scenarios
 from muscle_bayes.control.study import Robustness, robustness, runaway_curve
 from muscle_bayes.control.tune import Effort, tune
 from muscle_bayes.json_file import write_json
-from muscle_bayes.report.control_figures import runaway_figure, scenario_figure
+from muscle_bayes.report.control_figures import responses_figure, runaway_figure
 from muscle_bayes.report.risk_figure import RiskCurve, risk_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
@@ -77,14 +77,14 @@ def make(plan: Plan, name: str, report: Report) -> None:
     write_whole(plan.out / "gains.toml", gains_toml(gains["robust"], head).encode())
     header = gains_header(gains["robust"], joints.design, head)
     write_whole(plan.out / "gains.h", header.encode())
-    origin = origin_of(plan.runs(plan.roles.fitted)) + " Simulated loops."
+    origin = origin_of(plan.runs(plan.roles.fitted))
     drawn = Drawn(plan)
     _draw(drawn, judged["robust"], gains, curve, origin)
     drawn.add(
         "runaway",
         runaway_figure(runaway),
-        "Setpoint sines of rising frequency under the recommended gains: error relative to the setpoint "
-        "(median and 90 % of draws), and probability of runaway.",
+        "How fast the setpoint may move: error relative to the setpoint (median and 90 % of draws), and "
+        "probability of runaway, against the frequency of a setpoint sine.",
         origin,
     )
     write_json(
@@ -146,21 +146,20 @@ def _risk(bank: Bank, gains: Gains, scenarios: Sequence[Scenario], count: int) -
 def _draw(
     drawn: Drawn, result: Robustness, gains: Mapping[str, Gains], curve: RiskCurve, origin: str
 ) -> None:
-    for scenario in result.scenarios:
-        drawn.add(
-            f"control-{scenario.name}",
-            scenario_figure(result, scenario),
-            f"{scenario.about.capitalize()} under the recommended gains: 50 and 90 % of draws that were "
-            "not tuned on.",
-            origin,
-        )
+    drawn.add(
+        "control-responses",
+        responses_figure(result),
+        "The recommended gains in every scenario: setpoint, median angle, bands with 50 and 90 % of the "
+        "draws. None of these draws was used for tuning.",
+        origin,
+    )
     marked = {key: one.proportional for key, one in gains.items()}
     drawn.add(
         "risk",
         risk_figure(curve, marked),
-        "What gains risk, over draws that were not tuned on: cost, and the probability of runaway in the "
-        "worst scenario, with all gains of the recommended controller multiplied alike. Lines: gains "
-        "tuned for all draws (robust), for their mean (point), and by the thesis' method.",
+        "Cost, and probability of runaway in the worst scenario, as all recommended gains are multiplied "
+        "alike. Vertical lines: gains tuned for all draws (robust), for their mean (point), and by the "
+        "thesis' method.",
         origin,
     )
 

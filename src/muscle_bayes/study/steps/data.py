@@ -15,6 +15,6 @@ def make(plan: Plan, name: str, report: Report) -> None:
         report("runs", number, len(plan.logs))
         # A folder's place on this machine says nothing about the run.
         summaries[run.name] = {k: v for k, v in summarise(run).items() if k != "path"}
-        caption = f"Run {run.name}, {run.metadata.protocol}, as logged."
+        caption = f"Run {run.name} ({run.metadata.protocol}) as logged."
         drawn.add(f"run-{run.name}", run_figure(run), caption, origin_of([run]))
     write_json(plan.result(name), {"runs": summaries, "figures": drawn.listed})

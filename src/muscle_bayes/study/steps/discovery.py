@@ -1,15 +1,21 @@
 """Where the model misfits, and which effect it lacks."""
 
+from typing import Any
+
+from muscle_bayes.criticism.drift import drift
+from muscle_bayes.data import Run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.result import Discovery
 from muscle_bayes.discovery.summary import verdict_text
 from muscle_bayes.json_file import write_json
 from muscle_bayes.report.discovery_figures import (
     before_after_figure,
+    discovery_figure,
     misfit_figure,
     probability_figure,
 )
 from muscle_bayes.study.plan import Plan
+from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.worker import Report
 from muscle_bayes.whole_file import write_whole
@@ -43,31 +49,58 @@ def make(plan: Plan, name: str, report: Report) -> None:
             "told": verdict_text(found),
             "tried": list(tried),
             "left_p_value": found.final.misfit.p_value,
+            "drift": _drifts(found, runs, config.seed),
             "figures": drawn.listed,
         },
     )
 
 
+def _drifts(found: Discovery, runs: list[Run], seed: int) -> dict[str, Any]:
+    """Creep while cold of held-out runs under the nominal and under the revised model."""
+    held = [run.name for run in runs if run.name in found.held_out and drives(run)]
+    return {
+        name: {
+            when: drift(judged.predictions[name], seed).as_dict()["slope_difference"]
+            for when, judged in (("before", found.nominal), ("after", found.final))
+        }
+        for name in held
+    }
+
+
 def _draw(found: Discovery, drawn: Drawn, origins: dict[str, str], origin: str) -> None:
+    if worst := found.located.windows:
+        run = worst[0].run
+        drawn.add(
+            "discovery",
+            discovery_figure(found, run, origins[run]),
+            f"Run {run} before and after the search: readings minus model, with windows of significant "
+            "misfit shaded, and the probability of what may be missing.",
+            origin,
+        )
     drawn.add(
         "misfit",
         misfit_figure(found, origins),
-        "Misfit map: readings minus model of every fitted run, before and, where an effect was added, "
-        "after. Shaded: windows whose misfit exceeds what noise and uncertain parameters allow.",
+        "Readings minus model of every fitted run, before and, if an effect was added, after."
+        + (
+            " Shaded: windows whose misfit exceeds what noise and uncertain parameters allow."
+            if found.located.windows
+            else " No window misfits by more than noise allows."
+        ),
         origin,
     )
     drawn.add(
         "probabilities",
         probability_figure(found),
-        "Probability of each effect being what the model lacks, of none, and of one that the catalogue "
-        "does not have.",
+        "Probability of each effect of the catalogue being what the model lacks, of nothing being missing, "
+        "and of something unknown.",
         origin,
     )
     for run in found.nominal.predictions:
         drawn.add(
             f"discovery-{run}",
             before_after_figure(found, run, origins[run]),
-            f"Run {run}{', held out' if run in found.held_out else ''}: the nominal and, where an effect "
-            "was added, the revised model at their most probable points; 50 and 90 % bands.",
-            "Synthetic data." if origins[run] == "synthetic" else "Measured data.",
+            f"Run {run}{', held out,' if run in found.held_out else ''} under the nominal"
+            f"{' and the revised model' if found.steps else ' model'}, each at its most probable point, "
+            "with 50 and 90 % bands.",
+            origins[run],
         )

@@ -1,5 +1,6 @@
 """HTML and PDF from results: text and layout in `study/document`, numbers and statements from here."""
 
+import json
 from pathlib import Path
 from typing import Literal
 
@@ -45,7 +46,12 @@ def typeset(content: Path, out: Path, kind: Kind) -> bytes:
     if kind != "html":
         return made
     style = (DOCUMENT / "report.css").read_bytes()
-    return made.replace(b"</head>", b"<style>\n" + style + b"</style></head>", 1)
+    made = made.replace(b"</head>", b"<style>\n" + style + b"</style></head>", 1)
+    residuals = json.loads(content.read_text(encoding="utf-8"))["residuals"]
+    numbers = json.dumps(residuals).replace("<", "\\u003c").encode()
+    script = (DOCUMENT / "report.js").read_bytes()
+    data = b'<script type="application/json" id="residual-data">' + numbers + b"</script>"
+    return made.replace(b"</body>", data + b"<script>\n" + script + b"</script></body>", 1)
 
 
 def _inside(path: Path) -> str:

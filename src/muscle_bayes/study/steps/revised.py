@@ -36,8 +36,8 @@ def make(plan: Plan, name: str, report: Report) -> None:
     drawn.add(
         "forest",
         forest_figure({"nominal": nominal, "revised": posterior}, printed),
-        "Parameters without (circles) and with (squares) the effects that were added: median, 50 and 90 % "
-        "intervals." + (" Dashed: the published value." if printed else ""),
+        f"How {' and '.join(effects)} changes the parameters: without it (circles) and with it (squares), "
+        "median, 50 and 90 % intervals." + (" Dashed: the published value." if printed else ""),
         origin_of(runs),
     )
     # The checksum tells later stages that the posterior is another one.
