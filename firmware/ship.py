@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import subprocess
 import sys
 from hashlib import sha256
 from pathlib import Path
@@ -19,6 +20,12 @@ def digest() -> str:
     return found.hexdigest()
 
 
+def compiler() -> str:
+    """The first line by which the compiler tells what it is."""
+    told = subprocess.run(["avr-gcc", "--version"], capture_output=True, text=True, check=True)
+    return told.stdout.splitlines()[0]
+
+
 def main(built: Path) -> None:
     """Write the program and NAME.json beside it."""
     versions = dict(
@@ -30,6 +37,7 @@ def main(built: Path) -> None:
         "protocol": int(versions["PROTOCOL"]),
         "program": sha256(built.read_bytes()).hexdigest(),
         "sources": digest(),
+        "compiler": compiler(),
     }
     TARGET.with_suffix(".json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 

@@ -59,8 +59,8 @@ def limits() -> str:
                 "a plausible one, then CLEAR",
             ),
             (
-                f"by the heat model a tube has warmed by {show:g} C of late, and less than a third "
-                "of that was reported",
+                f"by the heat model a tube has warmed by {show:g} C, of late or in all, and less than "
+                "a third of that was reported",
                 "then, latched",
                 f"the model says less than {show / 2:g} C, then CLEAR",
             ),

@@ -42,8 +42,33 @@ struct queue {
     uint32_t head, tail;
 };
 
+/* Pins of port B: a clock, a data line that all chips share, and each thermometer's select. */
+enum { PIN_CLOCK = 0, PIN_DATA = 1, PIN_SELECT = 2, PIN_ENCODER = 2, PIN_FAN = 7 };
+#define LOAD_BITS 24
+#define LOAD_PERIOD 1600000u        /* an HX711 converts ten times a second */
+#define ENCODER_STEP 800u           /* cycles between two edges at most: 20,000 a second */
+
+/* A thermometer's chip: its word goes out bit by bit, the first as it is selected. */
+struct chip {
+    uint32_t word, shifted;
+    int bits;                       /* 0: there is none */
+    bool selected;
+};
+
+struct load_cell {
+    uint32_t word;
+    bool there, ready;
+    int pulses;                     /* since the conversion was ready */
+    uint64_t next;                  /* cycle at which it will be */
+};
+
 struct bridge {
     avr_t *avr;
+    struct chip chip[CHANNELS];
+    struct load_cell load;
+    int64_t encoder, encoder_wanted;
+    uint64_t encoder_next;
+    uint8_t outside_mask[2], outside[2];    /* levels put on pins of ports B and D */
     elf_firmware_t firmware;
     avr_irq_t *uart_input;
     struct queue to_board, from_board;
@@ -121,6 +146,111 @@ static bool make_room(avr_t *avr)
     return data != NULL && flash != NULL;
 }
 
+/* Put a level on a pin of port B (0) or D (1), against its pull-up. */
+static void level(struct bridge *b, int port, int pin, int value)
+{
+    char name = "BD"[port];
+    b->outside_mask[port] |= (uint8_t)(1u << pin);
+    b->outside[port] = (uint8_t)((b->outside[port] & ~(1u << pin)) | (unsigned)value << pin);
+    avr_ioport_external_t outside = {
+        .name = (unsigned char)name, .mask = b->outside_mask[port], .value = b->outside[port]};
+    avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(name), &outside);
+    avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ(name), pin), (uint32_t)value);
+}
+
+static void put_data(struct bridge *b)
+{
+    int data = 1;                       /* nobody drives it: the pull-up does */
+    for (int i = 0; i < CHANNELS; i++) {
+        struct chip *chip = &b->chip[i];
+        if (chip->selected && chip->bits) {
+            data &= (int)(chip->shifted >> 31);
+        }
+    }
+    if (b->load.there && b->load.ready) {
+        int left = LOAD_BITS - b->load.pulses;
+        data &= b->load.pulses == 0 ? 0 : left >= 0 ? (int)(b->load.word >> left & 1u) : 1;
+    }
+    level(b, 0, PIN_DATA, data);
+}
+
+static void clock_moves(avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct bridge *b = param;
+    (void)irq;
+    for (int i = 0; i < CHANNELS; i++) {
+        if (b->chip[i].selected && !value) {
+            b->chip[i].shifted <<= 1;
+        }
+    }
+    if (b->load.ready && value && ++b->load.pulses > LOAD_BITS) {
+        b->load.ready = false;
+        b->load.next = b->avr->cycle + LOAD_PERIOD;
+    }
+    put_data(b);
+}
+
+static void select_moves(avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct bridge *b = param;
+    for (int i = 0; i < CHANNELS; i++) {
+        struct chip *chip = &b->chip[i];
+        if (irq == avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), PIN_SELECT + i)) {
+            chip->selected = !value;
+            chip->shifted = chip->bits ? chip->word << (32 - chip->bits) : 0;
+        }
+    }
+    put_data(b);
+}
+
+/* What happens at the chips by itself. */
+static void pass(struct bridge *b)
+{
+    uint64_t now = b->avr->cycle;
+    if (b->load.there && !b->load.ready && now >= b->load.next) {
+        b->load.ready = true;
+        b->load.pulses = 0;
+        put_data(b);
+    }
+    if (b->encoder != b->encoder_wanted && now >= b->encoder_next) {
+        b->encoder += b->encoder < b->encoder_wanted ? 1 : -1;
+        b->encoder_next = now + ENCODER_STEP;
+        int phase = (int)(b->encoder & 3);
+        level(b, 1, PIN_ENCODER, phase == 1 || phase == 2);
+        level(b, 1, PIN_ENCODER + 1, phase >= 2);
+    }
+}
+
+/* A channel's thermometer chip sends this word of so many bits from now on; 0 bits: it is gone. */
+void bridge_chip(struct bridge *b, int channel, uint32_t word, int bits)
+{
+    b->chip[channel].word = word;
+    b->chip[channel].bits = bits;
+}
+
+/* The load cell's converter gives these 24 bits from its next conversion on; or it is gone. */
+void bridge_load(struct bridge *b, uint32_t word, int there)
+{
+    b->load.word = word;
+    b->load.there = there;
+    if (!there) {
+        b->load.ready = false;
+        put_data(b);
+    }
+}
+
+/* Turn the encoder there, edge by edge. */
+void bridge_encoder(struct bridge *b, int64_t count)
+{
+    b->encoder_wanted = count;
+}
+
+/* Whether the fan's pin is high. */
+int bridge_fan(struct bridge *b)
+{
+    return b->avr->data[REG_DDRD] & b->avr->data[REG_PORTD] & (1u << PIN_FAN) ? 1 : 0;
+}
+
 void bridge_close(struct bridge *b)
 {
     avr_terminate(b->avr);
@@ -164,6 +294,11 @@ struct bridge *bridge_open(const char *elf, uint32_t frequency, uint32_t baud)
         avr_io_getirq(b->avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), byte_from_board, b);
     avr_irq_register_notify(avr_io_getirq(b->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
                             conversion_starts, b);
+    avr_irq_t *port = avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), 0);
+    avr_irq_register_notify(port + PIN_CLOCK, clock_moves, b);
+    for (int i = 0; i < CHANNELS; i++) {
+        avr_irq_register_notify(port + PIN_SELECT + i, select_moves, b);
+    }
     return b;
 }
 
@@ -203,6 +338,7 @@ void bridge_run(struct bridge *b, uint64_t until)
                 b->peak[i] = duty[i];
             }
         }
+        pass(b);
         if (avr->state != cpu_Running && avr->state != cpu_Sleeping) {
             avr->cycle += 100;
         }
@@ -276,11 +412,10 @@ void bridge_analog(struct bridge *b, int input, uint32_t millivolts)
     avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + input), millivolts);
 }
 
-/* Wire a pin of port D to ground, or leave it open. */
-void bridge_ground_pin_d(struct bridge *b, int pin, int grounded)
+/* Wire a pin of port D to ground. */
+void bridge_ground_pin_d(struct bridge *b, int pin)
 {
-    avr_ioport_external_t outside = {.name = 'D', .mask = grounded ? 1u << pin : 0, .value = 0};
-    avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('D'), &outside);
+    level(b, 1, pin, 0);
 }
 
 /* Reset with a cause as MCUSR tells it; `forget` loses RAM as power-on does. */

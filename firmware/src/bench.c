@@ -7,6 +7,7 @@
 #define PIN_HEATER_B 5
 
 #define NOTICE_MS 1000
+#define LOAD_WITHIN_MS 500      /* an HX711 tells ten times a second */
 
 /* Ask an old script on. With a fault latched it is not asked but told, every second: it stops, and
  * either shows the line or stumbles over a line that is no number. No `w` stands in it. */
@@ -20,6 +21,49 @@ static void prompt(struct bench *b)
     text_number(&b->out, b->safety.faults);
     text_word(&b->out, "; open the port again\r\n");
     b->notice_ms = NOTICE_MS;
+}
+
+void bench_wire(struct bench *b, const struct wiring *wiring)
+{
+    b->wiring = *wiring;
+    b->look = 0;
+    b->look_ms = 0;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        b->channel[i] = (struct channel){NO_READING, false};
+        safety_own(&b->safety, i, wiring->thermometer[i] != THERMOMETER_HOST);
+    }
+}
+
+void bench_looked(struct bench *b, uint8_t channel, uint32_t word)
+{
+    struct channel *c = &b->channel[channel];
+    b->look &= (uint8_t)~(1u << channel);
+    if (channel_look(c, &b->wiring, b->wiring.thermometer[channel], word)) {
+        safety_sensed(&b->safety, channel, c->reading);
+    }
+}
+
+void bench_load(struct bench *b, uint32_t word)
+{
+    b->load = load_read(word);
+    b->load_ms = 0;
+}
+
+/* The channels' thermometers are looked at by turns. */
+static void look(struct bench *b)
+{
+    uint8_t period = wiring_look_ms(&b->wiring);
+    if (++b->look_ms >= period) {
+        b->look_ms = 0;
+    }
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        if (b->wiring.thermometer[i] != THERMOMETER_HOST && b->look_ms == i * (period / CHANNELS)) {
+            b->look = (uint8_t)(b->look | 1u << i);
+        }
+    }
+    if (b->load != NO_LOAD && ++b->load_ms >= LOAD_WITHIN_MS) {
+        b->load = NO_LOAD;
+    }
 }
 
 static uint8_t faults_of(struct start start)
@@ -49,8 +93,12 @@ void bench_start(struct bench *b, struct start start, const struct memory *memor
     b->start = start;
     b->dialect = DIALECT_OPEN;
     b->sampled = false;
-    b->oldest = 0;
-    b->sum = 0;
+    b->load = NO_LOAD;
+    b->load_ms = 0;
+    b->rewired = false;
+    b->mark = false;
+    b->marked = false;
+    bench_wire(b, &memory->wiring);
     b->stream_period_ms = 0;
     b->stream_wait_ms = 0;
     b->stream_number = 0;
@@ -152,7 +200,7 @@ static void control(struct bench *b)
     uint8_t duty[CHANNELS];
     if (b->safety.faults) {
         control_stop(&b->control);
-    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.adc, duty)) {
+    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.angle, duty)) {
         safety_drive(&b->safety, duty);
     }
 }
@@ -160,6 +208,7 @@ static void control(struct bench *b)
 void bench_tick(struct bench *b)
 {
     safety_tick(&b->safety);
+    look(b);
     control(b);
     if (b->dialect != DIALECT_FRAMED) {
         old_act(b, old_tick(&b->old));
@@ -170,17 +219,24 @@ void bench_tick(struct bench *b)
     tell_faults(b);
 }
 
+static void average(struct average *a, uint16_t value, bool begins)
+{
+    if (begins) {
+        for (uint8_t i = 0; i < AVERAGED; i++) {
+            a->recent[i] = value;
+        }
+        a->oldest = 0;
+        a->sum = (uint32_t)AVERAGED * value;
+    }
+    a->sum = a->sum - a->recent[a->oldest] + value;
+    a->recent[a->oldest] = value;
+    a->oldest = (uint8_t)((a->oldest + 1) % AVERAGED);
+}
+
 void bench_sample(struct bench *b, struct sample sample)
 {
-    if (!b->sampled) {
-        for (uint8_t i = 0; i < AVERAGED; i++) {
-            b->recent[i] = sample.adc;
-        }
-        b->sum = (uint16_t)(AVERAGED * sample.adc);
-    }
-    b->sum = (uint16_t)(b->sum - b->recent[b->oldest] + sample.adc);
-    b->recent[b->oldest] = sample.adc;
-    b->oldest = (uint8_t)((b->oldest + 1) % AVERAGED);
+    average(&b->angle, sample.angle, !b->sampled);
+    average(&b->second, sample.second, !b->sampled);
     b->latest = sample;
     b->sampled = true;
     if (b->stream_period_ms == 0) {

@@ -17,6 +17,9 @@ void board_remember(const struct safety *safety);
 /* Keep the tubes' calibration for good; takes 40 ms at most. */
 void board_store_tubes(const struct tube tube[CHANNELS]);
 
+/* Keep what the inputs are wired to; takes 40 ms at most. */
+void board_store_wiring(const struct wiring *wiring);
+
 /* Milliseconds that have passed since the last call. */
 uint8_t board_take_ticks(void);
 

@@ -9,6 +9,7 @@
 #include <util/atomic.h>
 
 #include "crc16.h"
+#include "inputs_avr.h"
 #include "limits.h"
 
 #define HEATER_A PORTD6             /* Arduino pin 6, OC0A */
@@ -19,6 +20,8 @@
 #define LAMP PORTB5                 /* the board's own lamp, pin 13: a heater is on */
 
 #define BAUD_DIVISOR 16             /* 115200 (+2.1 %) with U2X at 16 MHz, as on every Uno */
+#define MAIN_INPUT _BV(REFS0)       /* AVCC; input 0 */
+#define INPUT_MASK 0x0F
 #define TICK_COUNTS 2000            /* 1 ms of timer 1 at 0.5 us */
 
 #define RX_SIZE 128                 /* powers of two */
@@ -32,12 +35,8 @@
 /* Places in EEPROM; cell 0 is known to suffer in brown-outs. */
 static uint8_t *const BOOT_CELLS = (uint8_t *)2;
 static uint8_t *const HOT_CELL = (uint8_t *)4;      /* 1 while a tube may be hot */
-static struct stored *const TUBE_CELLS = (struct stored *)8;
-
-struct stored {
-    struct tube tube[CHANNELS];
-    uint16_t crc;
-};
+static uint8_t *const TUBE_CELLS = (uint8_t *)8;
+static uint8_t *const WIRING_CELLS = (uint8_t *)32;
 
 /* Survive a reset: they tell whether a heater was on when it came, and how warm the tubes were. */
 static uint32_t heating_mark __attribute__((section(".noinit")));
@@ -108,7 +107,7 @@ static void start_uart(void)
 
 static void start_converter(void)
 {
-    ADMUX = _BV(REFS0);                 /* AVCC; input 0 */
+    ADMUX = MAIN_INPUT;
     DIDR0 = _BV(ADC0D);
     ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);
 }
@@ -132,16 +131,34 @@ static uint16_t crc_of(const void *data, uint8_t length)
     return crc;
 }
 
-static void recall(struct memory *memory, uint8_t cause)
+/* Read what `keep` wrote; whether it is whole. */
+static bool fetch(void *data, uint8_t length, const uint8_t *cells)
 {
-    struct stored stored;
-    eeprom_read_block(&stored, TUBE_CELLS, sizeof stored);
-    if (stored.crc != crc_of(stored.tube, sizeof stored.tube)) {
-        memset(stored.tube, 0, sizeof stored.tube);
+    eeprom_read_block(data, cells, length);
+    return eeprom_read_word((const uint16_t *)(cells + length)) == crc_of(data, length);
+}
+
+/* Write with a checksum behind. */
+static void keep(const void *data, uint8_t length, uint8_t *cells)
+{
+    const uint8_t *byte = data;
+    uint16_t crc = crc_of(data, length);
+    for (uint8_t i = 0; i < length + 2; i++) {
+        wdt_reset();
+        uint8_t check = (uint8_t)(i == length ? crc : crc >> 8);
+        eeprom_update_byte(cells + i, i < length ? byte[i] : check);
+    }
+}
+
+static void recall(struct memory *memory, uint8_t cause, enum role role)
+{
+    bool sound = fetch(memory->tube, sizeof memory->tube, TUBE_CELLS);
+    if (!fetch(&memory->wiring, sizeof memory->wiring, WIRING_CELLS) ||
+        !wiring_plausible(&memory->wiring, role == ROLE_HEATER)) {
+        wiring_clear(&memory->wiring);
     }
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        memory->tube[i] = stored.tube[i];
-        if (!thermal_plausible(&memory->tube[i])) {
+        if (!sound || !thermal_plausible(&memory->tube[i])) {
             memory->tube[i] = (struct tube){0, 0};
         }
         memory->thermal[i] = kept[i];
@@ -161,7 +178,7 @@ void board_remember(const struct safety *safety)
         kept[i] = safety->thermal[i];
     }
     kept_crc = crc_of(kept, sizeof kept);
-    bool hot = safety_any_above(safety, hot_marked ? HOT_MARK / 2 : HOT_MARK);
+    bool hot = safety_any_warm(safety, hot_marked ? HOT_MARK / 2 : HOT_MARK);
     if (hot != hot_marked && eeprom_is_ready()) {
         hot_marked = hot;
         eeprom_update_byte(HOT_CELL, hot);  /* goes on by itself; nothing waits */
@@ -170,14 +187,12 @@ void board_remember(const struct safety *safety)
 
 void board_store_tubes(const struct tube tube[CHANNELS])
 {
-    struct stored stored;
-    memcpy(stored.tube, tube, sizeof stored.tube);
-    stored.crc = crc_of(stored.tube, sizeof stored.tube);
-    const uint8_t *byte = (const uint8_t *)&stored;
-    for (uint8_t i = 0; i < sizeof stored; i++) {
-        wdt_reset();
-        eeprom_update_byte((uint8_t *)TUBE_CELLS + i, byte[i]);
-    }
+    keep(tube, CHANNELS * sizeof *tube, TUBE_CELLS);
+}
+
+void board_store_wiring(const struct wiring *wiring)
+{
+    keep(wiring, sizeof *wiring, WIRING_CELLS);
 }
 
 struct start board_start(struct memory *memory)
@@ -191,8 +206,8 @@ struct start board_start(struct memory *memory)
     DDRD |= _BV(FAN);
     PORTD |= _BV(STRAP);
     start.boot = count_boot();
-    recall(memory, start.cause);
     start.role = PIND & _BV(STRAP) ? ROLE_SENSOR : ROLE_HEATER;
+    recall(memory, start.cause, start.role);
     start_clock();
     start_uart();
     start_converter();
@@ -211,11 +226,22 @@ ISR(TIMER1_COMPA_vect)
 
 ISR(ADC_vect)
 {
+    if (ADMUX != MAIN_INPUT) {
+        inputs_converted(ADMUX & INPUT_MASK, ADC);
+        ADMUX = MAIN_INPUT;
+        return;
+    }
     /* The conversion began with the millisecond; the interrupt's own delay is no part of the stamp. */
     volatile struct sample *sample = &samples[sample_head & (SAMPLES - 1)];
     sample->micros = millis * 1000ul;
-    sample->adc = ADC;
+    sample->angle = inputs_angle(ADC);
+    sample->second = inputs_second();
     sample_head++;
+    uint8_t other = inputs_next();
+    if (other) {                        /* it is over long before the next millisecond */
+        ADMUX = MAIN_INPUT | other;
+        ADCSRA |= _BV(ADSC);
+    }
 }
 
 ISR(USART_RX_vect)
@@ -273,7 +299,8 @@ bool board_take_sample(struct sample *sample)
         sample_tail = (uint8_t)(sample_head - SAMPLES);
     }
     sample->micros = samples[sample_tail & (SAMPLES - 1)].micros;
-    sample->adc = samples[sample_tail & (SAMPLES - 1)].adc;
+    sample->angle = samples[sample_tail & (SAMPLES - 1)].angle;
+    sample->second = samples[sample_tail & (SAMPLES - 1)].second;
     sample_tail++;
     return true;
 }
@@ -354,12 +381,12 @@ uint16_t board_analog(uint8_t input)
         ADCSRA = control;               /* this conversion is no sample of the angle */
         while (ADCSRA & _BV(ADSC)) {
         }
-        ADMUX = _BV(REFS0) | input;
+        ADMUX = MAIN_INPUT | input;
         ADCSRA = control | _BV(ADSC);
         while (ADCSRA & _BV(ADSC)) {
         }
         value = ADC;
-        ADMUX = _BV(REFS0);
+        ADMUX = MAIN_INPUT;
         ADCSRA = control | _BV(ADIF) | _BV(ADIE);
     }
     return value;

@@ -38,8 +38,18 @@ static void duties_and_faults(struct bench *b)
 void command_sample(struct bench *b)
 {
     text_number(&b->out, (uint32_t)(b->latest.micros - AVERAGED_SPAN_US / 2));
-    text_number(&b->out, b->sum);
+    text_number(&b->out, b->angle.sum);
     duties_and_faults(b);
+    if (b->wiring.second) {
+        text_number(&b->out, b->second.sum);
+    } else {
+        text_dash(&b->out);
+    }
+    if (b->load != NO_LOAD) {
+        text_signed(&b->out, b->load);
+    } else {
+        text_dash(&b->out);
+    }
 }
 
 static void run_id(struct call *c)
@@ -207,7 +217,87 @@ static void run_fan(struct call *c)
         return;
     }
     b->fan = on;
+    b->safety.fan = on;
     text_number(&b->out, on);
+}
+
+static void wiring(struct bench *b)
+{
+    const struct wiring *w = &b->wiring;
+    text_number(&b->out, w->thermometer[0]);
+    text_number(&b->out, w->thermometer[1]);
+    text_number(&b->out, w->angle);
+    text_number(&b->out, w->second);
+    text_number(&b->out, w->load);
+    text_number(&b->out, w->beta);
+    text_number(&b->out, w->ratio);
+}
+
+static void run_inputs(struct call *c)
+{
+    if (sound(c)) {
+        wiring(c->b);
+    }
+}
+
+/* Kept in EEPROM, which takes some ms: not while a heater is on. */
+static void run_input(struct call *c)
+{
+    struct bench *b = c->b;
+    struct wiring w;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        w.thermometer[i] = (uint8_t)number(c, 0, THERMOMETER_THERMISTOR);
+    }
+    w.angle = (uint8_t)number(c, 0, ANGLE_ENCODER);
+    w.second = (uint8_t)number(c, 0, 1);
+    w.load = (uint8_t)number(c, 0, 1);
+    w.beta = (uint16_t)number(c, 1000, 9999);
+    w.ratio = (uint16_t)number(c, 10, UINT16_MAX);
+    if (!sound(c)) {
+        return;
+    }
+    if (!wiring_plausible(&w, b->start.role == ROLE_HEATER)) {
+        c->error = "ROLE";
+        return;
+    }
+    if (b->safety.duty[0] || b->safety.duty[1]) {
+        c->error = "HEAT";
+        return;
+    }
+    b->rewired = true;
+    bench_wire(b, &w);
+    wiring(b);
+}
+
+/* Tells whether an encoder's zero is known, as of the last mark. */
+static void run_encoder(struct call *c)
+{
+    struct bench *b = c->b;
+    bool mark = number(c, 0, 1) == 1;
+    if (!sound(c)) {
+        return;
+    }
+    if (b->wiring.angle != ANGLE_ENCODER) {
+        c->error = "ROLE";
+        return;
+    }
+    b->mark = mark;
+    text_number(&b->out, mark || b->marked);
+}
+
+static void run_temps(struct call *c)
+{
+    struct bench *b = c->b;
+    if (!sound(c)) {
+        return;
+    }
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        if (b->safety.own[i] && b->safety.temperature[i] != NO_READING) {
+            text_signed(&b->out, b->safety.temperature[i]);
+        } else {
+            text_dash(&b->out);
+        }
+    }
 }
 
 static void run_clear(struct call *c)
@@ -233,13 +323,14 @@ static void run_off(struct call *c)
 }
 
 static const struct {
-    char verb[7];
+    char verb[8];
     void (*run)(struct call *c);
 } verbs[] = {
     {"ID", run_id},         {"DUTY", run_duty},   {"STREAM", run_stream}, {"READ", run_read},
     {"LIMIT", run_limit},   {"CLEAR", run_clear}, {"OFF", run_off},
     {"HOLD", run_hold},     {"TUBE", run_tube},   {"TUBES", run_tubes},
-    {"FAN", run_fan},
+    {"FAN", run_fan},       {"INPUT", run_input}, {"INPUTS", run_inputs}, {"TEMPS", run_temps},
+    {"ENCODER", run_encoder},
 };
 
 static void run(struct call *c, const char *verb, uint8_t length)

@@ -15,6 +15,7 @@
 
 /* By so much the model's rise has to exceed its mean of late before the sensor must have shown a third. */
 #define MUST_SHOW 150                /* 0.1 C */
+#define COLD 20                      /* a tube that is warmer by no more than this is cold, 0.1 C */
 #define ROOM 250                     /* a reported temperature above this is a rise, 0.1 C */
 
 /* What a tube may be calibrated to. Before it is, heat counts by the largest two and has to show by the
@@ -24,7 +25,11 @@
 #define TUBE_COOLING_LEAST 100       /* 0.1 s */
 #define TUBE_COOLING_MOST 1000
 
-/* A tube warmer than this by the model is remembered through a loss of power, down to half of it. */
-#define HOT_MARK 50                 /* rise, 0.1 C */
+/* That a tube was heated is remembered through a loss of power until it is this cold by the model. */
+#define HOT_MARK 5                  /* rise, 0.1 C */
+#define HOTTEST_ROOM 400            /* 0.1 C */
+
+/* A board's own thermometer that has told nothing for so long while its tube is heated is lost. */
+#define SENSED_WITHIN_MS 480
 
 #endif

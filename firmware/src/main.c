@@ -1,5 +1,6 @@
 #include "bench.h"
 #include "board.h"
+#include "inputs_avr.h"
 
 static struct bench bench;
 
@@ -15,13 +16,38 @@ static void apply(void)
         bench_pin_value(&bench, board_digital(bench.pin.pin));
     }
     board_fan(bench.fan);
+    if (bench.mark) {
+        bench.mark = false;
+        inputs_mark();
+    }
+    bench.marked = inputs_marked();
     if (bench.store) {
         bench.store = false;
         board_store_tubes(bench.safety.tube);
     }
+    if (bench.rewired) {
+        bench.rewired = false;
+        board_store_wiring(&bench.wiring);
+        inputs_begin(&bench.wiring, false);
+    }
     if (bench.out.length > 0) {
         board_send(bench.out.data, bench.out.length);
         text_clear(&bench.out);
+    }
+}
+
+/* What the inputs have to say, outside of interrupts. */
+static void look(void)
+{
+    uint32_t word;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        if (bench.look & (1u << i)) {
+            bench_looked(&bench, i, inputs_thermometer(i, bench.wiring.thermometer[i]));
+            apply();
+        }
+    }
+    if (bench.wiring.load && inputs_take_load(&word)) {
+        bench_load(&bench, word);
     }
 }
 
@@ -41,6 +67,7 @@ static void pass_time(void)
         bench_tick(&bench);
         apply();
     }
+    look();
     board_remember(&bench.safety);
     board_alive();
 }
@@ -50,6 +77,7 @@ int main(void)
     struct memory memory;
     struct start start = board_start(&memory);
     bench_start(&bench, start, &memory);
+    inputs_begin(&bench.wiring, !(start.cause & RESET_POWER_ON));
     apply();
     for (;;) {
         struct sample sample;

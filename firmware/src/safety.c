@@ -7,9 +7,10 @@ void safety_start(struct safety *s, uint8_t faults, const struct memory *memory)
     s->limits = (struct limits){LIMIT_DUTY, LIMIT_RISE, LIMIT_TEMPERATURE};
     s->faults = faults;
     s->silence_ms = 0;
+    s->fan = false;
     for (uint8_t i = 0; i < CHANNELS; i++) {
         s->duty[i] = 0;
-        s->temperature[i] = NO_READING;
+        safety_own(s, i, false);
         s->tube[i] = memory->tube[i];
         if (memory->known) {
             s->thermal[i] = memory->thermal[i];
@@ -37,9 +38,49 @@ static bool absurd(int16_t temperature)
     return temperature != NO_READING && (temperature < ABSURD_LOW || temperature > ABSURD_HIGH);
 }
 
-static uint8_t within(const struct safety *s, uint8_t duty)
+/* The duty that a channel may have: none before its own thermometer has told something. */
+static uint8_t within(const struct safety *s, uint8_t channel, uint8_t duty)
 {
+    if (s->own[channel] && !s->sensed[channel]) {
+        return 0;
+    }
     return duty < s->limits.duty ? duty : s->limits.duty;
+}
+
+/* What a temperature means for a channel that is heated or not: a fault, or 0. */
+static uint8_t fault_of(const struct safety *s, int16_t t, bool heated)
+{
+    if (absurd(t) || (t == NO_READING && heated)) {
+        return FAULT_SENSOR;
+    }
+    return t > s->limits.temperature ? FAULT_TEMPERATURE : 0;
+}
+
+static void take(struct safety *s, uint8_t channel, int16_t t)
+{
+    s->temperature[channel] = t;
+    if (t != NO_READING && !absurd(t)) {
+        thermal_report(&s->thermal[channel], t);
+    }
+}
+
+void safety_own(struct safety *s, uint8_t channel, bool own)
+{
+    s->own[channel] = own;
+    s->sensed[channel] = false;
+    s->sensed_ms[channel] = 0;
+    s->temperature[channel] = NO_READING;
+}
+
+void safety_sensed(struct safety *s, uint8_t channel, int16_t temperature)
+{
+    s->sensed[channel] = true;
+    s->sensed_ms[channel] = 0;
+    take(s, channel, temperature);
+    uint8_t fault = fault_of(s, temperature, s->duty[channel] > 0);
+    if (fault) {
+        safety_fault(s, fault);
+    }
 }
 
 static void check(struct safety *s, const bool heated[CHANNELS], const int16_t temperature[CHANNELS])
@@ -47,16 +88,12 @@ static void check(struct safety *s, const bool heated[CHANNELS], const int16_t t
     uint8_t fault = 0;
     s->silence_ms = 0;
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        int16_t t = temperature[i];
-        if (absurd(t) || (t == NO_READING && heated[i])) {
-            fault |= FAULT_SENSOR;
-        } else if (t > s->limits.temperature) {
-            fault |= FAULT_TEMPERATURE;
+        if (!s->own[i]) {
+            take(s, i, temperature[i]);
+        } else if (s->sensed[i]) {
+            fault |= fault_of(s, s->temperature[i], heated[i]);
         }
-        s->temperature[i] = t;
-        if (t != NO_READING && !absurd(t)) {
-            thermal_report(&s->thermal[i], t);
-        }
+        fault |= fault_of(s, temperature[i], heated[i] && !s->own[i]);
     }
     if (fault) {
         safety_fault(s, fault);
@@ -75,7 +112,7 @@ void safety_drive(struct safety *s, const uint8_t duty[CHANNELS])
         return;
     }
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        s->duty[i] = within(s, duty[i]);
+        s->duty[i] = within(s, i, duty[i]);
     }
 }
 
@@ -90,7 +127,7 @@ void safety_command_old(struct safety *s, uint8_t channel, uint8_t duty)
 {
     s->silence_ms = 0;
     if (!s->faults) {
-        s->duty[channel] = within(s, duty);
+        s->duty[channel] = within(s, channel, duty);
     }
 }
 
@@ -101,6 +138,13 @@ void safety_tick(struct safety *s)
     for (uint8_t i = 0; i < CHANNELS; i++) {
         heating = heating || s->duty[i] > 0;
         bool heated = s->thermal[i].dose > 0 || s->duty[i] > 0;
+        if (s->own[i] && ++s->sensed_ms[i] > SENSED_WITHIN_MS) {
+            s->sensed_ms[i] = SENSED_WITHIN_MS;
+            fault = (uint8_t)(fault | (s->duty[i] > 0 ? FAULT_SENSOR : 0));
+        }
+        if (s->fan) {
+            thermal_cooled(&s->thermal[i]);
+        }
         /* Warm tubes that cool are no fault: only a channel that is heated is judged. */
         if (!thermal_tick(&s->thermal[i], &s->tube[i], s->duty[i]) || !heated) {
             continue;
@@ -163,14 +207,16 @@ void safety_tighten(struct safety *s, const struct limits *limits)
         s->limits.temperature = limits->temperature;
     }
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        s->duty[i] = within(s, s->duty[i]);
+        s->duty[i] = within(s, i, s->duty[i]);
     }
 }
 
-bool safety_any_above(const struct safety *s, int16_t rise)
+bool safety_any_warm(const struct safety *s, int16_t rise)
 {
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        if (thermal_above(&s->thermal[i], rise)) {
+        int16_t t = s->temperature[i];
+        int16_t room = t > ROOM && t < HOTTEST_ROOM ? (int16_t)(t - ROOM) : 0;
+        if (thermal_above(&s->thermal[i], (int16_t)(room + rise))) {
             return true;
         }
     }

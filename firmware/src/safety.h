@@ -5,10 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "inputs.h"
 #include "thermal.h"
 
-#define CHANNELS 2
-#define NO_READING INT16_MIN
+#define CHANNELS THERMOMETERS
 
 enum fault {
     FAULT_DEADMAN = 1,          /* no valid heater command for DEADMAN_MS while a heater was on */
@@ -32,6 +32,10 @@ struct safety {
     uint8_t faults;                     /* latched; any of them keeps the heaters off */
     uint16_t silence_ms;                /* since the last valid heater command */
     int16_t temperature[CHANNELS];      /* as reported last, 0.1 C or NO_READING */
+    bool own[CHANNELS];                 /* a thermometer of the board's own reports it, not the host */
+    bool sensed[CHANNELS];              /* that one has told something */
+    uint16_t sensed_ms[CHANNELS];       /* since it did */
+    bool fan;                           /* blows on the tubes */
     struct tube tube[CHANNELS];
     struct thermal thermal[CHANNELS];
 };
@@ -39,6 +43,7 @@ struct safety {
 /* What is known of the tubes when the board comes up. */
 struct memory {
     struct tube tube[CHANNELS];         /* as calibrated; all zero where not */
+    struct wiring wiring;               /* of the inputs */
     bool known;                         /* `thermal` has survived the reset */
     bool hot;                           /* where not: a tube may have been hot when the power went */
     struct thermal thermal[CHANNELS];
@@ -56,6 +61,12 @@ void safety_command(struct safety *s, const uint8_t duty[CHANNELS], const int16_
 void safety_report(struct safety *s, const int16_t temperature[CHANNELS]);
 void safety_drive(struct safety *s, const uint8_t duty[CHANNELS]);
 
+/* The board's own thermometer of a channel has told something [0.1 C, NO_READING]. */
+void safety_sensed(struct safety *s, uint8_t channel, int16_t temperature);
+
+/* Who reports a channel's temperature from now on: the board itself, or the host. */
+void safety_own(struct safety *s, uint8_t channel, bool own);
+
 /* One channel's duty by the old protocol, which reports no temperature. Feeds the dead-man. */
 void safety_command_old(struct safety *s, uint8_t channel, uint8_t duty);
 
@@ -71,8 +82,8 @@ void safety_fault(struct safety *s, uint8_t fault);
 /* Clear latched faults; false, and nothing changes, while the cause of one lasts. */
 bool safety_clear(struct safety *s);
 
-/* Whether a tube may be warmer than the room by more than a rise [0.1 C]. */
-bool safety_any_above(const struct safety *s, int16_t rise);
+/* Whether a tube may be warmer by a rise [0.1 C] than a cold one, which shows its room's temperature. */
+bool safety_any_warm(const struct safety *s, int16_t rise);
 
 /* Tighten limits: values looser than those in force change nothing. */
 void safety_tighten(struct safety *s, const struct limits *limits);

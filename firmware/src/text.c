@@ -50,6 +50,20 @@ void text_number(struct text *text, uint32_t number)
     text_digits(text, number);
 }
 
+void text_signed(struct text *text, int32_t number)
+{
+    text_char(text, ' ');
+    if (number < 0) {
+        text_char(text, '-');
+    }
+    text_digits(text, number < 0 ? 0u - (uint32_t)number : (uint32_t)number);
+}
+
+void text_dash(struct text *text)
+{
+    text_word(text, " -");
+}
+
 void text_begin(struct text *text, char start)
 {
     text->frame = text->length;

@@ -20,6 +20,9 @@ void text_word(struct text *text, const char *word);
 /* A decimal number; with a blank before it. */
 void text_digits(struct text *text, uint32_t number);
 void text_number(struct text *text, uint32_t number);
+/* A number that may be negative, or `-` in its place, with a blank before it. */
+void text_signed(struct text *text, int32_t number);
+void text_dash(struct text *text);
 
 /* Frames: begin, words and numbers, end. The end writes checksum and LF, or takes the frame back. */
 void text_begin(struct text *text, char start);

@@ -17,6 +17,7 @@ void thermal_start(struct thermal *t, int16_t rise)
     t->least_mean = 0;
     t->shown = 0;
     t->shown_mean = 0;
+    t->cold = 0;
     t->dose = 0;
     t->ms = 0;
     t->seen = false;
@@ -32,6 +33,16 @@ void thermal_report(struct thermal *t, int16_t temperature)
     }
     if (rise > t->most) {
         t->most = rise;
+    }
+    if (t->least <= COLD * THERMAL_TENTH) {
+        t->cold = t->shown - (t->most - t->least);
+    }
+}
+
+void thermal_cooled(struct thermal *t)
+{
+    if (t->shown - t->least < t->cold) {
+        t->cold = t->shown - t->least;
     }
 }
 
@@ -65,8 +76,9 @@ bool thermal_above(const struct thermal *t, int16_t rise)
 bool thermal_unseen(const struct thermal *t, int16_t rise)
 {
     int32_t expected = t->least - t->least_mean;
-    return t->seen && expected > rise * THERMAL_TENTH &&
-           3 * (t->shown - t->shown_mean) < expected;
+    bool of_late = expected > rise * THERMAL_TENTH && 3 * (t->shown - t->shown_mean) < expected;
+    bool in_all = t->least > rise * THERMAL_TENTH && 3 * (t->shown - t->cold) < t->least;
+    return t->seen && (of_late || in_all);
 }
 
 bool thermal_plausible(const struct tube *tube)

@@ -16,6 +16,7 @@ void host_start(struct bench *b, uint8_t cause, bool was_heating, uint8_t role, 
     memset(b, 0xA5, sizeof *b);         /* nothing may rely on memory that is zero */
     struct memory memory;
     memset(&memory, 0, sizeof memory);
+    wiring_clear(&memory.wiring);
     bench_start(b, start, &memory);
 }
 
@@ -25,12 +26,30 @@ void host_tube(struct bench *b, uint8_t channel, uint16_t gain, uint16_t cooling
     b->safety.tube[channel] = (struct tube){gain, cooling};
 }
 
-/* What is known of a tube: most, least, least_mean, shown, shown_mean, dose, ms. */
-void host_thermal(const struct bench *b, uint8_t channel, int32_t states[7])
+/* What is known of a tube: most, least, least_mean, shown, shown_mean, cold, dose, ms. */
+void host_thermal(const struct bench *b, uint8_t channel, int32_t states[8])
 {
     const struct thermal *t = &b->safety.thermal[channel];
-    const int32_t all[7] = {t->most, t->least, t->least_mean, t->shown, t->shown_mean, t->dose, t->ms};
+    const int32_t all[8] = {t->most,       t->least, t->least_mean, t->shown,
+                            t->shown_mean, t->cold,  t->dose,       t->ms};
     memcpy(states, all, sizeof all);
+}
+
+/* Temperature [0.1 C] in what a thermometer gives, and whether it makes sense. */
+int16_t host_thermometer(const struct bench *b, uint8_t kind, uint32_t word, bool *sense)
+{
+    return thermometer_read(&b->wiring, kind, word, sense);
+}
+
+/* Bits of the channels whose thermometers are to be looked at. */
+uint8_t host_looks(const struct bench *b)
+{
+    return b->look;
+}
+
+void host_looked(struct bench *b, uint8_t channel, uint32_t word)
+{
+    bench_looked(b, channel, word);
 }
 
 bool host_stores(struct bench *b)
@@ -46,6 +65,7 @@ void host_restart(struct bench *b, bool known, bool hot, int16_t rise)
     struct start start = b->start;
     struct memory memory;
     memset(&memory, 0, sizeof memory);
+    memory.wiring = b->wiring;
     memory.known = known;
     memory.hot = hot;
     for (uint8_t i = 0; i < CHANNELS; i++) {
@@ -76,7 +96,7 @@ void host_tick(struct bench *b)
 
 void host_sample(struct bench *b, uint32_t micros, uint16_t adc)
 {
-    bench_sample(b, (struct sample){micros, adc});
+    bench_sample(b, (struct sample){micros, adc, 0});
 }
 
 uint8_t host_duty(const struct bench *b, uint8_t channel)

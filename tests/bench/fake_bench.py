@@ -78,7 +78,7 @@ class FakeLine:
 
 
 class FakeBoard(FakeLine):
-    """Answers ID, DUTY, STREAM, LIMIT, TUBE, TUBES, CLEAR and OFF; dead-man as the firmware has it."""
+    """Answers the protocol's commands; dead-man as the firmware has it."""
 
     def __init__(self, role: str, counts: Callable[[], int] = lambda: 512) -> None:
         super().__init__()
@@ -89,6 +89,11 @@ class FakeBoard(FakeLine):
         self.limits = (255, 900, 1100)
         self.tightest = self.limits
         self.tubes: tuple[int, ...] = (450, 480, 450, 480)
+        self.wiring: tuple[int, ...] = (0, 0, 0, 0, 0, 3950, 1000)
+        self.own_temperatures: tuple[object, ...] = ("-", "-")
+        self.second: object = "-"
+        self.load: object = "-"
+        self.marked = False
         self.fan = 0
         self.silent = False
         self.rate = 1.0
@@ -112,7 +117,8 @@ class FakeBoard(FakeLine):
                 self.drop -= 1
             else:
                 micros = round(1e6 * (self.rate * now + self.offset)) % 2**32
-                self.say(f"={self._number}", micros, 8 * self.counts(), *self.duties, self.faults)
+                more = (self.faults, self.second, self.load)
+                self.say(f"={self._number}", micros, 8 * self.counts(), *self.duties, *more)
             self._number = (self._number + 1) % 65536
 
     def reset(self, cause: int = 2, faults: int = 0) -> None:
@@ -120,7 +126,7 @@ class FakeBoard(FakeLine):
         self.duties, self._period, self._number, self.fan = (0, 0), 0.0, 0, 0
         self.limits = (255, 900, 1100)
         self.offset = -self.rate * self._now
-        self.say("!BOOT", 2, 2, self.boot, self.cause, self.role)
+        self.say("!BOOT", 3, 3, self.boot, self.cause, self.role)
 
     def say(self, *words: object) -> None:
         if not self.silent:
@@ -138,7 +144,7 @@ class FakeBoard(FakeLine):
         sequence, verb, *arguments = text[1:].split(" ")
         answer: tuple[object, ...] = ()
         if verb == "ID":
-            answer = (2, 2, self.boot, self.cause, self.role)
+            answer = (3, 3, self.boot, self.cause, self.role)
         elif verb == "DUTY":
             self._commanded = self._now
             wanted = (int(arguments[0]), int(arguments[1]))
@@ -158,6 +164,15 @@ class FakeBoard(FakeLine):
         elif verb == "FAN":
             self.fan = int(arguments[0])
             answer = (self.fan,)
+        elif verb == "INPUTS":
+            answer = self.wiring
+        elif verb == "INPUT":
+            answer = self.wiring = tuple(map(int, arguments))
+        elif verb == "TEMPS":
+            answer = self.own_temperatures
+        elif verb == "ENCODER":
+            self.marked = self.marked or arguments[0] == "1"
+            answer = (int(self.marked),)
         elif verb == "TUBES":
             answer = self.tubes
         elif verb == "TUBE":

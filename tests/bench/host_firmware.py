@@ -88,8 +88,8 @@ class HostFirmware:
         self._library.host_tube(self._bench, channel, gain, cooling)
 
     def thermal(self, channel: int) -> tuple[int, ...]:
-        """most, least, least_mean, shown, shown_mean, dose and ms of the heat model."""
-        states = (ctypes.c_int32 * 7)()
+        """most, least, least_mean, shown, shown_mean, cold, dose and ms of the heat model."""
+        states = (ctypes.c_int32 * 8)()
         self._library.host_thermal(self._bench, channel, states)
         return tuple(states)
 
@@ -102,6 +102,25 @@ class HostFirmware:
     def stores(self) -> bool:
         """Whether a calibration was to be stored since the last look."""
         return bool(self._library.host_stores(self._bench) & 1)
+
+    def thermometer(self, kind: int, word: int) -> tuple[int, bool]:
+        """Temperature [0.1 C] in what a thermometer gives, and whether it makes sense."""
+        sense = ctypes.c_bool()
+        self._library.host_thermometer.restype = ctypes.c_int16
+        found = self._library.host_thermometer(
+            self._bench, kind, ctypes.c_uint32(word), ctypes.byref(sense)
+        )
+        return int(found), bool(sense)
+
+    @property
+    def looks(self) -> int:
+        """Bits of the channels whose thermometers are to be looked at."""
+        return int(self._library.host_looks(self._bench)) & 0xFF
+
+    def looked(self, channel: int, word: int) -> bytes:
+        """What a channel's thermometer gave; what is sent upon it."""
+        self._library.host_looked(self._bench, channel, ctypes.c_uint32(word))
+        return self.text()
 
     def internal_fault(self) -> bytes:
         self._library.host_internal_fault(self._bench)

@@ -52,7 +52,7 @@ def test_nothing_asked_is_nothing_done():
 
 
 def late(*_):
-    return [failures.Outcome("host killed", 0, True, 0.6)]
+    return [failures.Outcome("host killed", "", 0, True, 0.6)]
 
 
 def overheated(*_):

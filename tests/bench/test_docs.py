@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 from muscle_bayes.bench.heat import heat_model, thermometry
 from muscle_bayes.bench.heat.room import NEAR
+from muscle_bayes.bench.meters.meter import Meter
 from muscle_bayes.bench.recording.recorder import UNCALIBRATED_RISE
 from muscle_bayes.bench.sequences.sequence import Limits
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence
@@ -47,7 +48,7 @@ def test_the_times_for_which_heat_goes_on_are_those_of_the_code():
         f"from {thermometry.ANSWERED_WITHIN:g} s after its last answer",
         f"no rows after {thermometry.SILENT_AFTER:g} s",
         f"more than {thermometry.FAR:g} C below its setpoint",
-        f"after {thermometry.MOVED_WITHIN:g} s of that since they changed",
+        f"after {Meter.moved_within:g} s of that since they changed",
         f"when {thermometry.UNPROVEN / 255:.1f} s of full power",
         f"stuck after {thermometry.STUCK_AFTER:g} s of waiting",
         f"ends after {heat_model.HOST_MUST_SHOW:g} C by the heat model",

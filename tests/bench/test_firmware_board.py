@@ -142,7 +142,7 @@ def test_noise_makes_readings_finer_than_a_count(firmware):
                 processor.set_analog(round(true + random.normal(0.0, 0.4)))
                 processor.run(1)
                 samples = [m for m in decoder.feed(processor.receive()) if isinstance(m, Sample)]
-                read += [sample.adc / 8 for sample in samples]
+                read += [sample.angle / 8 for sample in samples]
             read = read[2:]
             assert np.mean(read) == pytest.approx(true, abs=0.05)
             assert np.std(read) < 0.25  # of single conversions: 0.5

@@ -253,7 +253,7 @@ def test_samples_are_streamed_at_the_period_and_numbered(board):
     samples = [m for n in range(300) for m in decoder.feed(board.sample(1000 * n, n))]
     assert [s.number for s in samples] == list(range(10))
     # Each is the sum of the last eight conversions, and stands in their middle.
-    assert [s.adc for s in samples] == [8 * n - 28 for n in range(29, 300, 30)]
+    assert [s.angle for s in samples] == [8 * n - 28 for n in range(29, 300, 30)]
     assert [s.micros for s in samples] == [1000 * n - 3500 for n in range(29, 300, 30)]
     board.ask("STREAM", 0)
     assert board.sample(0, 0) == b""

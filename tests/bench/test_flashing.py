@@ -1,6 +1,8 @@
 """`muscle-bayes flash`: avrdude's call, boards that cannot run it, and what its failures mean."""
 
+import json
 import runpy
+import shutil
 import stat
 import subprocess
 from pathlib import Path
@@ -20,7 +22,10 @@ from muscle_bayes.bench.boards.flashing import (
     flash,
     refuse_unfit,
 )
+from muscle_bayes.bench.boards.messages import VERSION
 from muscle_bayes.cli import app
+
+PROJECT = Path(__file__).parents[2]
 
 UNO = UsbPort("/dev/ttyACM0", 0x2341, 0x0043)
 CLONE = UsbPort("/dev/ttyUSB0", 0x1A86, 0x7523)
@@ -131,8 +136,23 @@ def test_the_shipped_program_is_that_of_the_sources(firmware):
     assert ship["digest"]() in SHIPPED.with_suffix(".json").read_text(), (
         "run `make -C firmware ship`"
     )
-    assert check_program() == "firmware 2, protocol 2"
+    assert check_program() == f"firmware {VERSION}, protocol {VERSION}"
     assert SHIPPED.stat().st_size < 100_000
+
+
+def test_the_shipped_program_is_what_the_compiler_makes(tmp_path):
+    if shutil.which("avr-gcc") is None:
+        pytest.skip(
+            "no avr-gcc here: the shipped program is compared with its sources' checksum only"
+        )
+    ship = runpy.run_path(str(PROJECT / "firmware" / "ship.py"))
+    compiler, shipped = ship["compiler"](), json.loads(SHIPPED.with_suffix(".json").read_text())
+    if compiler != shipped["compiler"]:
+        pytest.skip(f"shipped by {shipped['compiler']!r}, here is {compiler!r}")
+    program = tmp_path / "muscle_bench.hex"
+    make = ["make", "-s", "-C", PROJECT / "firmware", f"BUILD={tmp_path}", program]
+    subprocess.run(make, check=True, capture_output=True)
+    assert program.read_bytes() == SHIPPED.read_bytes()
 
 
 def test_a_damaged_program_is_not_loaded(tmp_path):

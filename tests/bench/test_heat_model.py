@@ -25,8 +25,8 @@ TUBE = TubeModel(450, 480)
 
 def states(model):
     return (
-        model.most, model.least, model.least_mean, model.shown, model.shown_mean, model.dose,
-        model.ms,
+        model.most, model.least, model.least_mean, model.shown, model.shown_mean, model.cold,
+        model.dose, model.ms,
     )  # fmt: skip
 
 

@@ -1,12 +1,16 @@
 """Boards and meter are found by what they answer."""
 
+from importlib.metadata import EntryPoint
+
 import pytest
 from fake_bench import FakeBench, FakeBoard, FakeLine
 
 from muscle_bayes.bench.boards.ports import PortError, PortFinder
 from muscle_bayes.bench.boards.protocol import Role
 from muscle_bayes.bench.boards.transport import TransportError
-from muscle_bayes.bench.meters.meter import Meter
+from muscle_bayes.bench.meters import kinds
+from muscle_bayes.bench.meters.meter import Meter, MeterError, Reading, first_reading
+from muscle_bayes.errors import MuscleBayesError
 
 
 class Mute(FakeLine):
@@ -19,7 +23,7 @@ class Mute(FakeLine):
 class Machine:
     """A machine with ports, all on one fake bench's clock."""
 
-    def __init__(self, monkeypatch, **lines):
+    def __init__(self, **lines):
         self.bench = FakeBench()
         self.lines = {
             "sensor": self.bench.sensor,
@@ -29,8 +33,6 @@ class Machine:
         } | lines
         self.opened = []
         self.ports = sorted(self.lines)
-        # A thread of its own would wait in real time, which does not pass here.
-        monkeypatch.setattr("muscle_bayes.bench.boards.ports.ThreadedMeter", lambda meter: meter)
 
     def open(self, url):
         self.opened.append(url)
@@ -42,9 +44,9 @@ class Machine:
         line = self.open(url)
         return line if isinstance(line, FakeBoard) else Mute()
 
-    def meter(self, url):
+    def meter(self, url, clock):
         line = self.open(url)
-        return line if line is self.bench.meter else Mute()
+        return Meter(line if line is self.bench.meter else Mute(), clock)
 
     def finder(self, boards=(), meter=None):
         return PortFinder(boards, meter, self.bench.clock, self.board, self.meter, self.listed)
@@ -54,8 +56,8 @@ class Machine:
 
 
 @pytest.fixture
-def machine(monkeypatch):
-    return Machine(monkeypatch)
+def machine():
+    return Machine()
 
 
 def test_all_are_found(machine):
@@ -113,3 +115,45 @@ def test_no_meter(machine):
 def test_given_port_tells_why(machine):
     with pytest.raises(PortError, match=r"nowhere: cannot be opened.*no answer to ID"):
         machine.finder(("nowhere", "mute")).devices().open()
+
+
+def test_the_heater_boards_own_thermometers_need_no_meter(machine):
+    machine.bench.heater.wiring = (1, 1, 0, 0, 0, 3950, 1000)
+    machine.bench.heater.own_temperatures = (251, 263)
+    finder = machine.finder()
+    devices = finder.devices()
+    devices.open()
+    assert "meter" not in finder.in_use
+    meter = devices.meter.device
+    assert first_reading(meter, machine.bench.clock, 1.0).temperatures == (25.1, 26.3)
+
+
+def test_a_board_without_thermometers_is_no_meter(machine):
+    with pytest.raises(MeterError, match=r"no thermometers of its own\. Fix"):
+        machine.finder(meter="board").devices().open()
+
+
+def test_a_meter_of_an_installed_package(machine, monkeypatch):
+    class Shown:
+        latest = Reading(0.0, (20.0, 21.0))
+        garbled, moved_within = 0, 1.0
+
+        def __init__(self, url, clock):
+            self.url = url
+
+        def poll(self):
+            pass
+
+        def close(self):
+            pass
+
+    found = EntryPoint("show", "nowhere:Shown", kinds.GROUP)
+    monkeypatch.setattr(EntryPoint, "load", lambda self: Shown)
+    monkeypatch.setattr(kinds, "entry_points", lambda group: [found])
+    finder = machine.finder(meter="show:/dev/ttyUSB7")
+    devices = finder.devices()
+    devices.open()
+    assert devices.meter.device.url == "/dev/ttyUSB7"
+    assert finder.in_use["meter"] == "/dev/ttyUSB7"
+    with pytest.raises(MuscleBayesError, match=r"--meter show: no port\. Fix"):
+        machine.finder(meter="show").devices().open()

@@ -75,7 +75,8 @@ def test_frames_as_written_down():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("=7 4294967295 1023 255 0 33", Sample(7, 2**32 - 1, 1023, (255, 0), Fault(33))),
+        ("=7 4294967295 1023 255 0 33 - -", Sample(7, 2**32 - 1, 1023, (255, 0), Fault(33))),
+        ("=7 1 2 3 4 0 55 -66", Sample(7, 1, 2, (3, 4), Fault(0), 55, -66)),
         ("<9 OK", Reply(9, ())),
         ("<9 OK 1 2 3", Reply(9, ("1", "2", "3"))),
         ("<65535 ERR RANGE", Error(65535, "RANGE")),
@@ -131,7 +132,7 @@ def test_no_change_of_one_byte_goes_unnoticed(command, data):
 
 @given(st.lists(st.integers(0, 65535), max_size=5), st.data())
 def test_the_way_a_stream_is_cut_does_not_matter(numbers, data):
-    stream = b"".join(frame(f"={n} 1 2 3 4 0") for n in numbers) + b"w\r\nnoise\n"
+    stream = b"".join(frame(f"={n} 1 2 3 4 0 - -") for n in numbers) + b"w\r\nnoise\n"
     cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=8)))
     decoder = Decoder()
     pieces = zip([0, *cuts], [*cuts, len(stream)], strict=True)
@@ -200,6 +201,8 @@ def test_the_firmware_understands_every_command_of_the_table(firmware, command, 
     first = board.ask(verb, *arguments, sequence=sequence)[0]
     if verb == "STREAM" and 0 < arguments[0] < 5:
         assert first == Error(sequence, "RANGE")
+    elif verb == "ENCODER" or (verb == "INPUT" and any(arguments[2:5])):
+        assert first == Error(sequence, "ROLE")
     elif verb == "HOLD":
         assert first == Error(sequence, "GAINS")
     else:

@@ -48,6 +48,6 @@ def test_every_kind_strikes_as_often():
 
 
 def test_an_outcome_is_safe_only_if_there_was_heat_and_it_ended_in_time():
-    assert Outcome("x", 0, True, ALLOWED).safe
-    assert not Outcome("x", 0, True, ALLOWED + 0.001).safe
-    assert not Outcome("x", 0, False, 0.0).safe
+    assert Outcome("x", "", 0, True, ALLOWED).safe
+    assert not Outcome("x", "", 0, True, ALLOWED + 0.001).safe
+    assert not Outcome("x", "", 0, False, 0.0).safe

@@ -7,7 +7,6 @@ from muscle_bayes.bench.heat.thermometry import (
     ANSWERED_WITHIN,
     FAR,
     HALF_POWER,
-    MOVED_WITHIN,
     REMEDIES,
     SILENT_AFTER,
     STUCK_AFTER,
@@ -17,6 +16,8 @@ from muscle_bayes.bench.heat.thermometry import (
 )
 
 UPDATE = 0.4
+
+MOVED_WITHIN = Watch().moved_within
 
 
 def follow(watch, values, duty=0, start=0.0):

@@ -8,6 +8,7 @@ import typer
 from muscle_bayes.cli.bench_test import bench_test
 from muscle_bayes.cli.calibrate import calibrate
 from muscle_bayes.cli.calibrate_heaters import calibrate_heaters
+from muscle_bayes.cli.calibrate_load import calibrate_load
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import EXIT_CODES, Commands
 from muscle_bayes.cli.demo import demo
@@ -20,6 +21,7 @@ from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
 from muscle_bayes.cli.sbc import sbc
+from muscle_bayes.cli.sensors import sensors
 from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.show import show
 from muscle_bayes.cli.simulate import simulate
@@ -42,7 +44,7 @@ GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
     "Calibrate": (init, inspect, fit, show, check),
     "Discover": (effects, discover),
     "Control": (tune, robustness),
-    "Bench": (flash, calibrate, calibrate_heaters, sequence, record),
+    "Bench": (flash, sensors, calibrate, calibrate_heaters, calibrate_load, sequence, record),
     "Checks of the method": (simulate, sbc, trial, bench_test),
 }
 """Commands as the help lists them."""

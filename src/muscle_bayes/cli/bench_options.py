@@ -25,7 +25,22 @@ PortOption = Annotated[
     ),
 ]
 MeterOption = Annotated[
-    str | None, typer.Option("--meter", metavar="URL", help="Port of the meter; found unless said.")
+    str | None,
+    typer.Option(
+        "--meter",
+        metavar="[KIND:]URL",
+        help="Port of the meter; found unless said. KIND is one of an installed package "
+        "(docs/bench.md). `board`: the heater board's own thermometers.",
+    ),
+]
+SensorOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sensor",
+        metavar="NAME",
+        help="With --simulate: what the boards are wired to besides potentiometer and meter, as "
+        "`muscle-bayes sensors --list` names it; repeat it.",
+    ),
 ]
 SimulateOption = Annotated[
     bool,
@@ -57,6 +72,14 @@ def simulated_rig(path: Path | None) -> "Rig":
     from muscle_bayes.twin.rig import Rig
 
     return Rig() if path is None else read_rig(path, Rig())
+
+
+def refuse_sensors(sensors: list[str] | None) -> None:
+    """Raise where sensors are named for a bench that knows its own."""
+    if sensors:
+        raise MuscleBayesError(
+            "--sensor goes with --simulate. Fix: `muscle-bayes sensors NAME` tells real boards."
+        )
 
 
 def refuse_ports(ports: list[str] | None, meter: str | None) -> None:

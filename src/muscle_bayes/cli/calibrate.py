@@ -10,9 +10,11 @@ import typer
 from muscle_bayes.cli.bench_options import (
     PortOption,
     RigOption,
+    SensorOption,
     SimulateOption,
     real_devices,
     refuse_ports,
+    refuse_sensors,
     signals_interrupt,
     simulated_rig,
 )
@@ -45,6 +47,7 @@ def calibrate(
     simulate: SimulateOption = False,
     port: PortOption = None,
     rig: RigOption = None,
+    sensor: SensorOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
@@ -57,6 +60,7 @@ def calibrate(
         muscle-bayes calibrate --stops -1.2 1.2
         muscle-bayes calibrate --simulate
     """
+    from muscle_bayes.bench.boards.calibration import ENCODER_BITS, FULL_SCALE
     from muscle_bayes.bench.boards.calibration import calibrate as calibrate_from
 
     angles = stops or _stops(rig, simulate)
@@ -70,16 +74,25 @@ def calibrate(
             from muscle_bayes.bench.simulation.recording import SimulatedHand, simulated_devices
 
             plant = TwinPlant(simulated_rig(rig), seed=seed)
-            bench = stack.enter_context(SimulatedBench(plant, seed))
+            bench = stack.enter_context(SimulatedBench(plant, seed, sensors=sensor or []))
             SimulatedHand(bench, plant)
             devices = simulated_devices(bench)
         else:
+            refuse_sensors(sensor)
             devices = real_devices(port, None)
         stack.callback(devices.close)
         readings = _turn(devices, 2 * cycles, timeout)
-    found = calibrate_from(readings, angles, first)
+        board = devices.sensor.device
+        assert board is not None, "it was just read"
+        by_encoder = bool(board.wiring().angle)
+        top = 2**ENCODER_BITS - 1 if by_encoder else FULL_SCALE
+        found = calibrate_from(readings, angles, first, top)
+        if by_encoder:
+            board.encoder_marked(mark=True)
     typer.echo(f"[potentiometer]\nzero_reading = {found.zero_reading:.2f}")
     typer.echo(f"radians_per_count = {found.radians_per_count:.6g}")
+    if by_encoder:
+        typer.echo(f"bits = {ENCODER_BITS}")
     typer.echo(
         f"standard errors: {found.zero_error:.2g} counts, {found.scale_error:.2g} rad per count",
         err=True,

@@ -9,9 +9,11 @@ import typer
 from muscle_bayes.cli.bench_options import (
     MeterOption,
     PortOption,
+    SensorOption,
     SimulateOption,
     real_devices,
     refuse_ports,
+    refuse_sensors,
     signals_interrupt,
 )
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
@@ -27,6 +29,7 @@ def calibrate_heaters(
     simulate: SimulateOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
+    sensor: SensorOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
@@ -49,9 +52,11 @@ def calibrate_heaters(
             from muscle_bayes.bench.simulation import SimulatedBench
             from muscle_bayes.bench.simulation.recording import simulated_devices
 
-            bench = stack.enter_context(SimulatedBench(seed=seed, calibrated=False))
+            simulated = SimulatedBench(seed=seed, calibrated=False, sensors=sensor or [])
+            bench = stack.enter_context(simulated)
             devices = simulated_devices(bench)
         else:
+            refuse_sensors(sensor)
             devices = real_devices(port, meter)
         stack.callback(devices.close)
         board, source = devices.heater.open(), devices.meter.open()

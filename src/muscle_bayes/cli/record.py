@@ -12,9 +12,11 @@ from muscle_bayes.cli.bench_options import (
     MeterOption,
     PortOption,
     RigOption,
+    SensorOption,
     SimulateOption,
     real_devices,
     refuse_ports,
+    refuse_sensors,
     signals_interrupt,
     simulated_rig,
 )
@@ -48,6 +50,7 @@ def record(
     plot: Annotated[
         bool, typer.Option("--plot", help="Also draw the run in a window while it grows.")
     ] = False,
+    sensor: SensorOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
@@ -73,8 +76,11 @@ def record(
         stack.enter_context(signals_interrupt())
         if simulate:
             refuse_ports(port, meter)
-            session = stack.enter_context(_simulated(wanted, sequence, out, rig, seed, report))
+            session = stack.enter_context(
+                _simulated(wanted, sequence, out, rig, sensor or [], seed, report)
+            )
         else:
+            refuse_sensors(sensor)
             session = stack.enter_context(
                 _measured(wanted, sequence, out, port, meter, rig, clear_faults)
             )
@@ -104,7 +110,13 @@ def record(
 
 @contextmanager
 def _simulated(
-    wanted: "Sequence", path: Path, out: Path, rig: Path | None, seed: int, report: dict[str, Any]
+    wanted: "Sequence",
+    path: Path,
+    out: Path,
+    rig: Path | None,
+    sensors: list[str],
+    seed: int,
+    report: dict[str, Any],
 ) -> Iterator["Session"]:
     from muscle_bayes.bench.recording.session import Session
     from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
@@ -124,7 +136,7 @@ def _simulated(
     )
     report["seed"] = seed
     report["truth"] = {"zero_reading": plant.zero_reading, **truth_of(built)}
-    with SimulatedBench(plant, seed) as bench:
+    with SimulatedBench(plant, seed, sensors=sensors) as bench:
         session = Session(
             wanted,
             path,
@@ -132,11 +144,14 @@ def _simulated(
             simulated_devices(bench),
             SimulatedOperator(bench, load),
             origin="synthetic",
-            rig=rig_tables(built),
+            rig=rig_tables(built, bench),
             notes=NOTES,
         )
         session.check()
         session.devices.open()
+        board = session.devices.sensor.device
+        if board is not None and board.wiring().angle:
+            board.encoder_marked(mark=True)  # the simulated rig's tables know its zero
         yield session
 
 

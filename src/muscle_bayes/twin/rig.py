@@ -38,11 +38,13 @@ class Heater:
     """Heater tube: dT/dt = full_rate PWM/255 - (T - T_room)/cooling_time.
 
     4.5 C/s and 48 s stand for a 12 V Kanthal coil around a short glass tube: 90 C after about 17 s
-    at full power, back within 1 C of the room after about 200 s.
+    at full power, back within 1 C of the room after about 200 s. A fan makes the cooling time shorter,
+    by a factor.
     """
 
     full_rate: float = 4.5
     cooling_time: float = 48.0
+    fan: float = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)

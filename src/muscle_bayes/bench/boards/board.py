@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from math import isfinite
 from typing import Final
 
@@ -26,6 +26,7 @@ from muscle_bayes.bench.boards.protocol import (
 from muscle_bayes.bench.boards.protocol import VERSION as PROTOCOL_VERSION
 from muscle_bayes.bench.boards.transport import Transport, TransportError
 from muscle_bayes.bench.heat.heat_model import TubeModel
+from muscle_bayes.bench.sensors.sensor import Wiring
 from muscle_bayes.errors import MuscleBayesError
 
 SILENCE_LIMIT: Final = 1.0
@@ -62,6 +63,7 @@ class Board:
         self.fan: bool | None = None
         """whether the fan is on, as the board said last"""
         self.identity: Identity | None = None
+        self._temperatures: tuple[float | None, float | None] | None = None
         self._transport = transport
         self._clock = clock
         self._decoder = Decoder()
@@ -150,6 +152,27 @@ class Board:
         """Store the calibration of tube 0 or 1 on the board. Raises BoardError."""
         self.request("TUBE", channel, tube.gain, tube.cooling)
 
+    def wiring(self) -> Wiring:
+        """What the inputs are wired to."""
+        return Wiring(*(int(value or 0) for value in self.request("INPUTS")))
+
+    def wire(self, wiring: Wiring) -> None:
+        """Store what the inputs are wired to. Raises BoardError where that is another board's."""
+        self.request("INPUT", *astuple(wiring))
+
+    def encoder_marked(self, *, mark: bool = False) -> bool:
+        """Whether an encoder's count has gone on since its zero was found; `mark`: it is found now."""
+        return bool(self.request("ENCODER", int(mark))[0])
+
+    def ask_temperatures(self) -> None:
+        """Ask what the board's own thermometers show; the reply is for `take_temperatures`."""
+        self._send("TEMPS")
+
+    def take_temperatures(self) -> tuple[float | None, float | None] | None:
+        """What the board's own thermometers showed [C], once a reply; None where there is no new one."""
+        shown, self._temperatures = self._temperatures, None
+        return shown
+
     def clear(self) -> None:
         """Clear latched faults. Raises BoardError while the cause of one lasts."""
         self.request("CLEAR")
@@ -171,6 +194,10 @@ class Board:
                     "Fix: check cable and power."
                 )
         return messages
+
+    def collect(self) -> None:
+        """Take in what has come, for `poll` to give. Raises BoardError where the line is gone."""
+        self._unread.extend(self._receive())
 
     def close(self) -> None:
         """Release the line; never raises."""
@@ -203,6 +230,12 @@ class Board:
                 first, second, faults = (int(v or 0) for v in read_answer(verb, message))
                 self.heat = HeaterState((first, second), Fault(faults))
                 self.faults = Fault(faults)
+            elif isinstance(message, Reply) and verb == "TEMPS":
+                first_t, second_t = (
+                    value / 10 if isinstance(value, int) else None
+                    for value in read_answer(verb, message)
+                )
+                self._temperatures = (first_t, second_t)
             elif isinstance(message, Reply) and verb == "FAN":
                 self.fan = bool(read_answer(verb, message)[0])
         elif isinstance(message, FaultReport | Sample):

@@ -14,6 +14,7 @@ AT_STOP: Final = 2
 MOST_SPREAD: Final = 3.0
 """Standard deviation of an endstop's readings, counts, above which it was not reached each time."""
 FULL_SCALE: Final = 1023
+ENCODER_BITS: Final = 16
 
 
 class CalibrationError(MuscleBayesError):
@@ -72,7 +73,10 @@ class EndstopFinder:
 
 
 def calibrate(
-    readings: list[float], stops: tuple[float, float], first: Literal["lower", "upper"] = "lower"
+    readings: list[float],
+    stops: tuple[float, float],
+    first: Literal["lower", "upper"] = "lower",
+    full_scale: float = FULL_SCALE,
 ) -> Calibration:
     """Calibration from readings [counts] at alternate endstops, `first` being where they begin.
 
@@ -87,7 +91,7 @@ def calibrate(
             f"{len(readings)} endstops were reached, 4 are needed. Fix: turn the rotor to and fro."
         )
     for name, side in (("lower", lower), ("upper", upper)):
-        if min(side) <= AT_STOP or max(side) >= FULL_SCALE - AT_STOP:
+        if min(side) <= AT_STOP or max(side) >= full_scale - AT_STOP:
             raise CalibrationError(
                 f"the {name} endstop reads {mean(side):.0f}, an end of the converter's range. "
                 "Fix: turn the potentiometer on its shaft, or check its wiring."

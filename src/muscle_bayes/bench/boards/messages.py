@@ -1,4 +1,4 @@
-"""Every frame of the boards' line protocol, version 2, as one table.
+"""Every frame of the boards' line protocol, version 3, as one table.
 
 The encoder and the decoder (`protocol`) work from it, and so do the tables of docs/protocol.md.
 """
@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from muscle_bayes.errors import MuscleBayesError
 
-VERSION: Final = 2
+VERSION: Final = 3
 NO_READING: Final = "-"
 """Stands for the temperature of a channel without thermocouple."""
 
@@ -114,13 +114,32 @@ _CAUSE = Field("CAUSE", "of the reset: 1 power-on, 2 external, 4 brown-out, 8 wa
 _ROLE = Field("ROLE", "what the board is wired for", words=tuple(Role))
 _D0 = Field("D0", "duty of heater A, of 255", 0, 255)
 _D1 = Field("D1", "duty of heater B, of 255", 0, 255)
-_T0 = Field("T0", "temperature of channel A, 0.1 C, `-` = no thermocouple", -32767, 32767, (), True)
-_T1 = Field("T1", "temperature of channel B, 0.1 C, `-` = no thermocouple", -32767, 32767, (), True)
+_T0 = Field("T0", "temperature of channel A, 0.1 C, `-` = none", -32767, 32767, (), True)
+_T1 = Field("T1", "temperature of channel B, 0.1 C, `-` = none", -32767, 32767, (), True)
 _FAULTS = Field("FAULTS", "latched faults, sum of the bits below", 0, 255)
 _PERIOD = Field("PERIOD_MS", "between samples, 5 to 10000, 0 = no stream", 0, 10000)
 _NUMBER = Field("N", "number of the sample, wraps", 0, _U16)
 _MICROS = Field("MICROS", "board's clock in the middle of the conversions, us, wraps", 0, _U32)
-_ADC = Field("ADC", "sum of the last 8 conversions of analog input 0, one a ms", 0, 8 * 1023)
+_ANGLE = Field(
+    "ANGLE",
+    "sum of 8 readings, one a ms: conversions of analog input 0, or an encoder's counts from 32768",
+    0,
+    8 * _U16,
+)
+_SECOND = Field("SECOND", "sum of 8 conversions of A1, `-` = not wired", 0, 8 * 1023, (), True)
+_LOAD = Field(
+    "LOAD", "newest of the load cell, `-` = not wired or silent", -(2**23), 2**23 - 1, (), True
+)
+_TA = Field("TA", "thermometer of A: 0 host, 1 MAX31855, 2 MAX6675, 3 thermistor", 0, 3)
+_TB = Field("TB", "thermometer of B, as of A", 0, 3)
+_ANGLE_BY = Field("BY", "sensor of the angle: 0 potentiometer on A0, 1 encoder", 0, 1)
+_HAS_SECOND = Field("SECOND_POT", "1 = a second potentiometer on A1", 0, 1)
+_HAS_LOAD = Field("LOAD_CELL", "1 = an HX711", 0, 1)
+_BETA = Field("BETA", "of the thermistors, K", 1000, 9999)
+_RATIO = Field("RATIO", "of their series resistor to their resistance at 25 C, 0.001", 10, _U16)
+_MARK = Field("MARK", "1 = the encoder's zero has been found, 0 = only tell", 0, 1)
+_MARKED = Field("MARKED", "1 = the encoder's zero is known", 0, 1)
+_WIRING = (_TA, _TB, _ANGLE_BY, _HAS_SECOND, _HAS_LOAD, _BETA, _RATIO)
 _SETPOINT = Field("SETPOINT", "analog input 0 that is wanted", 0, 1023)
 _MAX_DUTY = Field("MAXDUTY", "highest duty", 0, 255)
 _MAX_RISE = Field("MAXRISE", "highest rise above the room by the heat model, 0.1 C", 0, 32767)
@@ -138,7 +157,7 @@ _TUBES = tuple(
     )
 )
 _COUNT = Field("COUNT", "garbled frames since the boot, wraps", 0, _U16)
-_SAMPLE = (_MICROS, _ADC, _D0, _D1, _FAULTS)
+_SAMPLE = (_MICROS, _ANGLE, _D0, _D1, _FAULTS, _SECOND, _LOAD)
 _IDENTITY = (_VERSION, _FIRMWARE, _BOOT, _CAUSE, _ROLE)
 
 ERRORS: Final = {
@@ -146,7 +165,7 @@ ERRORS: Final = {
     "VERB": "the verb is unknown",
     "ARGS": "arguments are missing, too many, or no numbers",
     "RANGE": "an argument is out of range",
-    "ROLE": "heat, a tube or the fan was asked of a sensor board",
+    "ROLE": "heat, a tube, the fan, an input or an encoder was asked of a board without it",
     "FAULT": "CLEAR was refused: the cause of a fault lasts",
     "HEAT": "refused while a heater is on",
     "GAINS": "HOLD was refused: no gains are compiled in",
@@ -225,6 +244,20 @@ MESSAGES: Final = Table(
             (_GAIN, _COOLING),
         ),
         Command("FAN", "switch pin 7, a fan's; off after every reset", (_FAN,), (_FAN,)),
+        Command(
+            "INPUT",
+            "choose what the inputs are wired to; kept in EEPROM; an encoder counts anew",
+            _WIRING,
+            _WIRING,
+        ),
+        Command("INPUTS", "tell what the inputs are wired to", (), _WIRING),
+        Command(
+            "ENCODER",
+            "1: its zero has been found; tells whether the count has gone on since it was",
+            (_MARK,),
+            (_MARKED,),
+        ),
+        Command("TEMPS", "tell what the board's own thermometers show", (), (_T0, _T1)),
         Command("TUBES", "tell how the tubes are calibrated", (), _TUBES),
     ),
     notices=(

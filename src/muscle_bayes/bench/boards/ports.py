@@ -14,20 +14,18 @@ from muscle_bayes.bench.boards.transport import (
     SerialTransport,
     TransportError,
     board_transport,
-    meter_transport,
 )
-from muscle_bayes.bench.meters.meter import (
-    Meter,
-    MeterError,
-    MeterSource,
-    ThreadedMeter,
-    first_reading,
-)
+from muscle_bayes.bench.meters.board_meter import BoardMeter
+from muscle_bayes.bench.meters.kinds import FIRST, OpenMeter, kinds, open_tmd56, split
+from muscle_bayes.bench.meters.meter import MeterError, MeterSource, first_reading
+from muscle_bayes.bench.sensors.catalogue import thermometer_of
 from muscle_bayes.errors import MuscleBayesError
 
 BOARD_TIME: Final = 3.0
 """Opening a port resets an Uno, and its boot loader comes first, s."""
 METER_TIME: Final = 2.0
+BOARD: Final = "board"
+"""In place of a meter's URL: the heater board's own thermometers."""
 
 _NAMES: Final = {Role.SENSOR: "sensor board", Role.HEATER: "heater board"}
 
@@ -53,7 +51,8 @@ class PortFinder:
     meter: str | None = None
     clock: Clock = field(default_factory=RealClock)
     open_board: Callable[[str], SerialTransport] = board_transport
-    open_meter: Callable[[str], SerialTransport] = meter_transport
+    open_meter: OpenMeter = open_tmd56
+    """of the TMD-56"""
     list_ports: Callable[[], list[str]] = serial_ports
     in_use: dict[str, str] = field(default_factory=dict)
     """name of a device -> its URL"""
@@ -62,12 +61,23 @@ class PortFinder:
 
     def devices(self) -> Devices:
         """Links to both boards and the meter, not open yet."""
+        heater = Link("heater board", lambda: self.board(Role.HEATER), self.clock)
+
+        def meter() -> MeterSource:
+            board = heater.device
+            own = board is not None and thermometer_of(board.wiring()) is not None
+            return BoardMeter(heater, self.clock) if self._by_board(own) else self.find_meter()
+
         return Devices(
             sensor=Link("sensor board", lambda: self.board(Role.SENSOR), self.clock),
-            heater=Link("heater board", lambda: self.board(Role.HEATER), self.clock),
-            meter=Link("meter", self.find_meter, self.clock),
+            heater=heater,
+            meter=Link("meter", meter, self.clock),
             clock=self.clock,
         )
+
+    def _by_board(self, own: bool) -> bool:
+        """Whether the heater board's own thermometers measure; `own`: it has some."""
+        return self.meter == BOARD or (self.meter is None and own)
 
     def board(self, role: Role) -> Board:
         """The board of a role, opened. Raises PortError, or BoardError of the one port given."""
@@ -103,12 +113,16 @@ class PortFinder:
 
     def find_meter(self) -> MeterSource:
         """The meter, opened and polled by its thread. Raises PortError."""
-        given = () if self.meter is None else (self.meter,)
+        kind, given = FIRST, tuple[str, ...]()
+        if self.meter is not None:
+            kind, url = split(self.meter)
+            given = (url,)
+        opens = self.open_meter if kind == FIRST else kinds()[kind]
         tried: list[str] = []
         for url in self._candidates("meter", given):
             try:
-                meter = ThreadedMeter(Meter(self.open_meter(url), self.clock))
-            except TransportError as error:
+                meter = opens(url, self.clock)
+            except MuscleBayesError as error:
                 tried.append(str(error))
                 continue
             try:
@@ -121,7 +135,8 @@ class PortFinder:
             return meter
         raise PortError(
             f"no meter was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
-            "TMD-56 and switch on its link, or give --meter; without a bench, --simulate."
+            "TMD-56 and switch on its link, or give --meter; without a bench, --simulate; a heater "
+            "board with thermometers of its own needs none (`muscle-bayes sensors`)."
         )
 
     def _identified(self, url: str) -> Board:

@@ -1,4 +1,4 @@
-"""The boards' line protocol, version 2: bytes to messages and back, as pure functions.
+"""The boards' line protocol, version 3: bytes to messages and back, as pure functions.
 
 A frame is `<start><body>*HHHH` and LF, at most 80 characters before the LF; HHHH is the
 CRC-16/CCITT-FALSE of start and body. `messages.MESSAGES` describes what stands in it.
@@ -74,10 +74,14 @@ class Sample:
 
     number: int
     micros: int
-    adc: int
-    """sum of AVERAGED conversions"""
+    angle: int
+    """sum of AVERAGED readings"""
     duties: tuple[int, int]
     faults: Fault
+    second: int | None = None
+    """sum of AVERAGED conversions of a second potentiometer"""
+    load: int | None = None
+    """newest of a load cell, counts"""
 
 
 @dataclass(frozen=True)
@@ -244,8 +248,9 @@ def _notice(notice: Notice, words: list[str]) -> Message:
         return FaultReport(Fault(numbers[0]))
     if notice.word == "CRC":
         return ChecksumReport(numbers[0])
-    number, micros, adc, first, second, faults = numbers
-    return Sample(number, micros, adc, (first, second), Fault(faults))
+    number, micros, angle, first, second, faults = numbers[:6]
+    *_, other, load = (value if isinstance(value, int) else None for value in values)
+    return Sample(number, micros, angle, (first, second), Fault(faults), other, load)
 
 
 def _values(

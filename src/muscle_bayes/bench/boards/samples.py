@@ -9,6 +9,7 @@ from muscle_bayes.bench.boards.clock import BoardClock, Clock
 from muscle_bayes.bench.boards.protocol import AVERAGED, Boot, ChecksumReport, Garbled, Sample
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
 from muscle_bayes.bench.recording.statistics import Histogram
+from muscle_bayes.errors import MuscleBayesError
 
 SILENT_AFTER: Final = 1.0
 """Age of the newest sample at which the stream counts as stalled, s, or five periods."""
@@ -26,6 +27,10 @@ class TimedSample:
 
     time: float
     reading: float
+    second: float | None = None
+    """of a second potentiometer, counts"""
+    load: int | None = None
+    """newest of a load cell, counts"""
 
 
 @dataclass
@@ -40,6 +45,10 @@ class StreamCounts:
     """times that the stream had to be asked for again"""
 
 
+class EncoderError(MuscleBayesError):
+    """An encoder's counter began anew, and with it its zero."""
+
+
 class SampleStream:
     """Samples of a board. Nothing is filled in: what is missing is counted and told."""
 
@@ -50,6 +59,8 @@ class SampleStream:
         self.latency = Histogram()
         """from sample to host, beyond the quickest arrivals'"""
         self.board_clock = BoardClock()
+        self.encoder = False
+        """whether the angle is an encoder's count, which a reset of the board loses"""
         self.newest: TimedSample | None = None
         self._clock = clock
         self._period = period
@@ -59,8 +70,13 @@ class SampleStream:
         self._boot: int | None = None
 
     def start(self, board: Board) -> None:
-        """Ask a board for the stream, a clock anew. Raises BoardError."""
-        self._boot = None if board.identity is None else board.identity.boot
+        """Ask a board for the stream, a clock anew. Raises BoardError, EncoderError."""
+        before, self._boot = self._boot, None if board.identity is None else board.identity.boot
+        if self.encoder and before is not None and before != self._boot:
+            raise EncoderError(
+                "the sensor board was reset, and its encoder has lost its zero. Fix: look for the "
+                "cause, then `muscle-bayes calibrate` and record anew"
+            )
         board.stream(round(1000 * self._period))
         self.board_clock.restart()
         self._last = None
@@ -115,7 +131,11 @@ class SampleStream:
             self._tell("board clock set anew", step=round(stamp.step, 3))
         else:
             self.latency.add(stamp.latency)
-        return TimedSample(stamp.time, sample.adc / AVERAGED)
+        second = None if sample.second is None else sample.second / AVERAGED
+        reading = sample.angle / AVERAGED
+        if self.encoder:  # its counts are whole, and no noise dithers them
+            reading = float(round(reading))
+        return TimedSample(stamp.time, reading, second, sample.load)
 
     def _reset(self, board: Board, boot: Boot) -> None:
         if boot.identity.boot == self._boot:

@@ -13,10 +13,12 @@ MEAN_STEPS: Final = 1500
 """Steps over which the mean of late reaches, 30 s."""
 TENTH: Final = 104858
 """Of the states in 0.1 C: 2^20 a degree."""
+COLD: Final = 2.0
+"""A tube that is warmer than its room by no more than this is cold, C."""
 ROOM: Final = 25.0
 """A shown temperature above this counts as a rise, C."""
 MUST_SHOW: Final = 15.0
-"""Rise of the model above its mean of late, C, of which a third must have been shown."""
+"""Rise of the model above its mean of late, or in all, C, of which a third must have been shown."""
 HOST_MUST_SHOW: Final = 12.0
 """The same for the host, which looks first, C."""
 HOTTEST: Final = 115.0
@@ -77,6 +79,8 @@ class HeatModel:
         self.shown = 0
         """what its thermocouple shows"""
         self.shown_mean = 0
+        self.cold = 0
+        """what it showed, or would have shown, of the cold tube"""
         self.dose = 0
         """sum of the step's duties, one a millisecond"""
         self.ms = 0
@@ -89,8 +93,8 @@ class HeatModel:
 
     @property
     def expected(self) -> float:
-        """Rise above its mean of late that the tube has at least, C."""
-        return (self.least - self.least_mean) / TENTH / 10
+        """Rise that the tube has at least, C."""
+        return self.least / TENTH / 10
 
     def report(self, temperature: float) -> None:
         """The thermocouple shows a temperature [C]."""
@@ -99,6 +103,12 @@ class HeatModel:
         if not self.seen:
             self.seen, self.shown_mean = True, self.shown
         self.most = max(self.most, (tenths - round(10 * ROOM)) * TENTH)
+        if self.least <= round(10 * COLD) * TENTH:
+            self.cold = self.shown - (self.most - self.least)
+
+    def cooled(self) -> None:
+        """A fan blows: the tube may be as much colder than the model as its thermocouple shows."""
+        self.cold = min(self.cold, self.shown - self.least)
 
     def advance(self, duty: int, milliseconds: int = 1) -> None:
         """Let time pass at a duty of 0-255."""
@@ -111,13 +121,13 @@ class HeatModel:
                 self._step()
 
     def unseen(self, rise: float = MUST_SHOW) -> bool:
-        """Whether the tube has warmed by more than `rise` [C] of late and a third was not shown."""
+        """Whether the tube has warmed by more than `rise` [C], of late or in all, and a third of that
+        was not shown."""
+        enough = round(10 * rise) * TENTH
         expected = self.least - self.least_mean
-        return (
-            self.seen
-            and expected > round(10 * rise) * TENTH
-            and 3 * (self.shown - self.shown_mean) < expected
-        )
+        of_late = expected > enough and 3 * (self.shown - self.shown_mean) < expected
+        in_all = self.least > enough and 3 * (self.shown - self.cold) < self.least
+        return self.seen and (of_late or in_all)
 
     def above(self, rise: float) -> bool:
         """Whether the tube may be warmer than the room by more than a rise [C]."""

@@ -63,6 +63,8 @@ class Heating:
         self._most_rise = most_rise(room) - MARGIN
         self._max_duty = max_duty
         self._judged: float | None = None
+        self.fan = False
+        """Whether a fan blows on the tubes."""
         self.fresh = False
         """Whether a reading came since this flag was last cleared."""
         self._taken: Reading | None = None
@@ -138,6 +140,11 @@ class Heating:
         for channel, value in zip(self.channels, reading.temperatures, strict=True):
             channel.watch.read(reading.time, value)
 
+    def trust(self, meter: MeterSource) -> None:
+        """Judge readings as such a meter's."""
+        for channel in self.channels:
+            channel.watch.moved_within = meter.moved_within
+
     def calibrate(self, tubes: tuple[TubeModel | None, TubeModel | None]) -> None:
         """Take the tubes' calibration from the board."""
         for channel, tube in zip(self.channels, tubes, strict=True):
@@ -153,6 +160,8 @@ class Heating:
             channel.model.advance(0, passed - heated)
             if channel.temperature is not None:
                 channel.model.report(channel.temperature)
+            if self.fan:
+                channel.model.cooled()
             setpoint = channel.control.setpoint
             channel.verdict = channel.watch.check(
                 now, channel.control.duty, -inf if setpoint is None else setpoint
@@ -160,6 +169,7 @@ class Heating:
 
     def watch(self, meter: MeterSource, now: float) -> None:
         """Take what the meter says and judge it at a host time [s]."""
+        self.trust(meter)
         self.take(meter.latest)
         self.judge(now)
 

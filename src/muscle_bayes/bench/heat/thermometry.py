@@ -7,8 +7,6 @@ from typing import Final
 
 ANSWERED_WITHIN: Final = 0.42
 """Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
-MOVED_WITHIN: Final = 0.38
-"""Time of hard heating, pauses left out, after which the digits must have changed, s."""
 UNPROVEN: Final = 400.0
 """Duty times time for which heat goes on without a change of the digits, s: 1.6 s of full power."""
 SILENT_AFTER: Final = 1.5
@@ -54,6 +52,8 @@ REMEDIES: Final = {
 class Watch:
     """Judges one channel. A reading after a bad one counts once the next agrees with it."""
 
+    moved_within: float = 0.38
+    """time of hard heating, pauses left out, after which the digits must have changed, s"""
     verdict: Verdict = Verdict.SILENT
     temperature: float | None = None
     """the newest reading that was good, C"""
@@ -115,7 +115,7 @@ class Watch:
             return self.verdict
         self._heat += self._duty * passed
         self._hard += passed if self._is_hard else 0.0
-        unproven = self._hard > MOVED_WITHIN or self._heat > UNPROVEN
+        unproven = self._hard > self.moved_within or self._heat > UNPROVEN
         self._waited += passed if unproven and self._duty > 0 else 0.0
         self.waits = self.waits or unproven
         far = self.temperature is not None and setpoint - self.temperature > FAR

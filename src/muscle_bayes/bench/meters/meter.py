@@ -95,6 +95,11 @@ class MeterSource(Protocol):
         """Answers that were no answers, since the start."""
         ...
 
+    @property
+    def moved_within(self) -> float:
+        """s of hard heating, pauses left out, after which its digits must have changed."""
+        ...
+
     def poll(self) -> None:
         """Do what is due, without waiting."""
         ...
@@ -107,12 +112,15 @@ class MeterSource(Protocol):
 class Meter:
     """Polled by its owner: asks, collects the answer, asks again at once; never waits.
 
-    The age of a reading is the log's lag behind the truth, and heaters rise by some C a second.
+    It measures every 0.4 s or so. The age of a reading is the log's lag behind the truth, and heaters
+    rise by some C a second.
 
     An answer carries neither start mark nor checksum, so what makes it one is that it comes alone
     (input is thrown away before each request, and bytes in excess void the answer) and that it agrees
     with the answer before it: no tube jumps. One that does not is counted as garbled and not used.
     """
+
+    moved_within = 0.38
 
     def __init__(self, transport: Transport, clock: Clock) -> None:
         self._transport = transport
@@ -175,8 +183,9 @@ class Meter:
 class ThreadedMeter:
     """A meter that a thread of its own polls in real time, so that its waits delay nobody."""
 
-    def __init__(self, meter: Meter, period: float = 0.01) -> None:
+    def __init__(self, meter: MeterSource, period: float = 0.01) -> None:
         self._meter = meter
+        self.moved_within = meter.moved_within
         self._period = period
         self._error: MuscleBayesError | None = None
         self._stop = threading.Event()

@@ -67,6 +67,7 @@ class Guard:
         try:
             if meter.device is not None:
                 meter.device.poll()
+                self._heating.trust(meter.device)
                 self._heating.take(meter.device.latest)
         except MeterError as error:
             self._lose(meter, error)
@@ -94,6 +95,7 @@ class Guard:
             return
         try:
             link.device.command_duty(*duties, *self._heating.temperatures)
+            self._heating.fan = self.fan
             if link.device.fan != self.fan:
                 link.device.command_fan(self.fan)
         except BoardError as error:

@@ -10,17 +10,18 @@ from typing import Any, Final, Literal
 from muscle_bayes.bench.boards.board import HeaterState
 from muscle_bayes.bench.boards.devices import Devices
 from muscle_bayes.bench.boards.protocol import explain
-from muscle_bayes.bench.boards.samples import SampleStream
+from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.meters.meter import first_reading
 from muscle_bayes.bench.recording.guard import Guard, RecordingError
 from muscle_bayes.bench.recording.operator import Operator
 from muscle_bayes.bench.recording.rows import RowWriter
-from muscle_bayes.bench.recording.run_file import RunFile
+from muscle_bayes.bench.recording.run_file import LOAD, SECOND, RunFile
 from muscle_bayes.bench.recording.status import NoView, Status, View, channel_status
+from muscle_bayes.bench.recording.weigher import Weigher
 from muscle_bayes.bench.sequences.course import Course, describe
-from muscle_bayes.bench.sequences.sequence import Limits, RunPlan, Stop
+from muscle_bayes.bench.sequences.sequence import Limits, LoadCell, RunPlan, Stop
 from muscle_bayes.bench.sequences.stop import StopWatch
 from muscle_bayes.data.sensor import sensor_of
 from muscle_bayes.errors import MuscleBayesError
@@ -31,6 +32,8 @@ other, and none would tell the board's clock. 29 ms in all: whatever the stream'
 every millisecond of it sooner or later."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
+MOST_ASTRAY, LEAST_ASTRAY = 0.05, 0.005
+"""Share of a load, and kg, by which the load cell may differ from what was asked for, untold."""
 UNCALIBRATED_RISE: Final = 12.0
 """Highest setpoint above the room for a heater that is not calibrated, C."""
 FIRST_READING: Final = 10.0
@@ -81,6 +84,7 @@ class Recorder:
         operator: Operator,
         settings: Settings | None = None,
         view: View | None = None,
+        load_cell: LoadCell | None = None,
     ) -> None:
         self._settings = settings = settings or Settings()
         self._devices = devices
@@ -101,7 +105,10 @@ class Recorder:
         self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
         self._sensor = sensor_of(file.metadata, [0])
         self._stop = StopWatch(settings.stop, self._sensor)
-        self._rows = RowWriter(file, self._heating, settings.period, self._tell, self._heater_state)
+        self._weigher = None if load_cell is None else Weigher(load_cell, self._weighed)
+        self._rows = RowWriter(
+            file, self._heating, settings.period, self._tell, self._heater_state, self._weigh
+        )
         self._asked_since = 0.0
         self._next_control = self._next_shown = self._next_figures = 0.0
 
@@ -142,6 +149,7 @@ class Recorder:
         self._heating.begin(self._clock.now())
         if self._heating.trouble is not None:
             raise RecordingError(self._heating.trouble)
+        self._read_wiring()
         self._guard.start()
         self._refuse_uncalibrated()
         wall_time = self._settings.wall_time
@@ -159,6 +167,42 @@ class Recorder:
         self._next_control = now
         self._next_figures = now + FIGURES_EVERY
         self._begin_stage(now)
+
+    def _read_wiring(self) -> None:
+        """What the sensor board measures besides the potentiometer."""
+        board = self._devices.sensor.device
+        assert board is not None, "the devices are open"
+        wiring = board.wiring()
+        if wiring.load and self._weigher is None:
+            raise RecordingError(
+                "the sensor board has a load cell that is not calibrated. Fix: `muscle-bayes "
+                "calibrate-load`, and its table [load_cell] in the sequence or the --rig"
+            )
+        self._stream.encoder = bool(wiring.angle)
+        self._file.more = (SECOND,) * wiring.second + (LOAD,) * wiring.load
+        if wiring.angle:
+            if not board.encoder_marked():
+                raise RecordingError(
+                    "the encoder has lost its zero: it counts from wherever the board got power. "
+                    "Fix: `muscle-bayes calibrate`, and its table [potentiometer] in the --rig"
+                )
+            self._file.read_by_encoder()
+
+    def _weigh(self, sample: TimedSample) -> float | None:
+        if self._weigher is None:
+            return None
+        if self._rows.rows == 0:
+            self._weigher.begin(sample.time)
+        return self._weigher.mass(sample)
+
+    def _weighed(self, mass: float) -> None:
+        asked = self._course.load
+        self._tell("load weighed", mass=round(mass, 6), asked=asked)
+        self._file.correct_load(mass)
+        if abs(mass - asked) > max(MOST_ASTRAY * asked, LEAST_ASTRAY):
+            self._file.note(
+                f"The load cell shows {1000 * mass:.1f} g, asked for {1000 * asked:g} g."
+            )
 
     def _heater_state(self) -> tuple[HeaterState | None, bool | None]:
         board = self._devices.heater.device
@@ -228,6 +272,8 @@ class Recorder:
             stage = self._course.confirm(now)
             pour_time = stage.pour_time if self._rows.origin is not None else 0.0  # over by then
             self._file.change_load(self._rows.log_time(now), self._course.load, pour_time)
+            if self._weigher is not None:
+                self._weigher.begin(now, stage.pour_time)
             self._tell("load", mass=self._course.load, pour_time=stage.pour_time)
         newest = self._stream.newest
         if self._guard.troubles or newest is None:

@@ -23,8 +23,10 @@ class RowWriter:
         period: float,
         tell: Tell,
         heater: Callable[[], tuple[HeaterState | None, bool | None]] = lambda: (None, None),
+        weigh: Callable[[TimedSample], float | None] = lambda sample: None,
     ) -> None:
-        """`heater` gives what the heater board said last of heat and fan, None where it did not."""
+        """`heater` gives what the heater board said last of heat and fan, None where it did not;
+        `weigh` what the load cell shows in a sample, kg."""
         self.origin: float | None = None
         """host time of the first row, s"""
         self.time = 0.0
@@ -37,6 +39,7 @@ class RowWriter:
         self._gap = max(GAP, 10 * period)
         self._tell = tell
         self._heater = heater
+        self._weigh = weigh
 
     @property
     def rows(self) -> int:
@@ -77,6 +80,8 @@ class RowWriter:
                 duties=None if state is None else state.duties,
                 faults=None if state is None else int(state.faults),
                 fan=fan,
+                second=sample.second,
+                load=self._weigh(sample),
             )
         )
         self.time = time

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import ceil
@@ -17,6 +17,8 @@ from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
 LOG_HEADER: Final = (*HEADER, *HEATER_HEADER)
+SECOND, LOAD = "Reading 2", "Load"
+"""Columns of a second potentiometer [counts] and of a load cell [kg], where there is one."""
 TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
@@ -58,10 +60,21 @@ class Row:
     """latched on the heater board"""
     fan: bool | None = None
     """whether it is on"""
+    second: float | None = None
+    """reading of a second potentiometer, counts"""
+    load: float | None = None
+    """what the load cell shows, kg"""
 
 
-def format_row(row: Row) -> bytes:
-    """The row in the order of LOG_HEADER, with its line end; a heater that is off has setpoint 0.0."""
+def format_row(row: Row, more: Sequence[str] = ()) -> bytes:
+    """The row in the order of LOG_HEADER and of `more` columns (SECOND, LOAD), with its line end.
+
+    A heater that is off has setpoint 0.0.
+    """
+    extra = {
+        SECOND: "" if row.second is None else f"{row.second:g}",
+        LOAD: "" if row.load is None else f"{row.load:.5f}",
+    }
     cells = (
         f"{row.time:.{TIME_DECIMALS}f}",
         _celsius(row.temperature_a),
@@ -75,6 +88,7 @@ def format_row(row: Row) -> bytes:
         *(("", "") if row.duties is None else map(str, row.duties)),
         "" if row.faults is None else str(row.faults),
         "" if row.fan is None else str(int(row.fan)),
+        *(extra[name] for name in more),
     )
     return (",".join(cells) + "\n").encode()
 
@@ -90,6 +104,10 @@ class RunFile:
 
     def __init__(self, folder: Path, name: str, metadata: Metadata) -> None:
         """Raises RunFileError where the name is taken or nothing can be written."""
+        self.more: tuple[str, ...] = ()
+        """columns besides LOG_HEADER, to be set before the first row"""
+        self._load_before: Load | None = None
+        self._load_change = (0.0, 0.0)
         self.name = name
         self.path = folder / f"{name}.csv"
         self.metadata = _as_recorded(metadata)
@@ -108,7 +126,7 @@ class RunFile:
 
     def append(self, row: Row) -> None:
         """Write a row. Raises RunFileError; the rows before it stay whole."""
-        line = format_row(row)
+        line = format_row(row, self.more)
         with self._told():
             if self._log is not None:
                 self._log.write(line)
@@ -132,6 +150,7 @@ class RunFile:
         """
         load = self.metadata.load
         assert load is not None, "a run that is recorded has a load table"
+        self._load_before, self._load_change = load, (time, pour_time)
         before = load.mass[-1]
         count = max(ceil(pour_time / POUR_STEP), 1)
         steps = dict(zip(load.time, load.mass, strict=True))
@@ -142,6 +161,22 @@ class RunFile:
             )
             steps[max(at, load.time[-1])] = round(reached, _MASS_DECIMALS)
         self._amend(load=Load(time=tuple(steps), mass=tuple(steps.values())))
+
+    def correct_load(self, mass: float) -> None:
+        """The load that was changed to last, or hung at first, is `mass` [kg]. Raises RunFileError."""
+        if self._load_before is None:
+            self._amend(load=Load(time=(0.0,), mass=(round(max(mass, 0.0), _MASS_DECIMALS),)))
+            return
+        time, pour_time = self._load_change
+        self._amend(load=self._load_before)
+        self.change_load(time, max(mass, 0.0), pour_time)
+
+    def read_by_encoder(self) -> None:
+        """The readings are whole counts of an encoder. Raises RunFileError."""
+        told = self.metadata.potentiometer
+        if told is not None:
+            whole = {"resolution": 1.0, "bits": told.bits or 16}
+            self._amend(potentiometer=told.model_copy(update=whole))
 
     def tell_delay(self, delay: float) -> None:
         """Temperatures are logged `delay` [s] later than readings. Raises RunFileError."""
@@ -168,7 +203,7 @@ class RunFile:
         partial = self.path.with_name(f".{self.path.name}.part")
         try:
             log = _Lines(partial)
-            log.write((", ".join(LOG_HEADER) + "\n").encode() + rows)
+            log.write((", ".join((*LOG_HEADER, *self.more)) + "\n").encode() + rows)
             partial.rename(self.path)
         except OSError:
             partial.unlink(missing_ok=True)

@@ -83,7 +83,8 @@ class Session:
                 period=self.sequence.log_period,
                 wall_time=self.wall_time,
             )
-            recorder = Recorder(self.devices, plan, file, self.operator, settings, self.view)
+            cell = self.sequence.load_cell or self.rig.get("load_cell")
+            recorder = Recorder(self.devices, plan, file, self.operator, settings, self.view, cell)
             self.load = None  # unknown, should the run break off
             outcome = recorder.run()
             self.load = recorder.load

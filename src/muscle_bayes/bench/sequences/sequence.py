@@ -140,6 +140,18 @@ class RunPlan(Table):
         return any(getattr(stage, f"setpoint_{side}") is not None for stage in self.once_through())
 
 
+class LoadCell(Table):
+    """mass = kg_per_count (counts - zero), for an HX711 on the sensor board."""
+
+    zero: Finite
+    """counts with nothing on it"""
+    kg_per_count: Finite
+
+    def mass(self, counts: float) -> float:
+        """kg for counts."""
+        return self.kg_per_count * (counts - self.zero)
+
+
 class Limits(Table):
     """What ends a run with the heaters off. The firmware's own limits hold besides."""
 
@@ -168,8 +180,8 @@ class Stop(Table):
 class Sequence(Table):
     """SEQUENCE.toml. Either `stage` (one run) or `run` (several) says what is done.
 
-    fixture, potentiometer, element_a and element_b are the tables of NAME.toml; they may be left to
-    a rig file of their own.
+    fixture, potentiometer, element_a and element_b are the tables of NAME.toml; they, and load_cell, may
+    be left to a rig file of their own.
     """
 
     format: Literal[1] = 1
@@ -189,6 +201,7 @@ class Sequence(Table):
     potentiometer: Potentiometer | None = None
     element_a: Element | None = None
     element_b: Element | None = None
+    load_cell: LoadCell | None = None
     limits: Limits = Limits()
     stop: Stop = Stop()
     stage: Blocks = ()
@@ -234,7 +247,8 @@ class Sequence(Table):
 
         Raises pydantic's ValidationError where something is missing or does not fit.
         """
-        tables: dict[str, Any] = {"element_b": NoElement(), **rig}
+        of_the_rig = {key: table for key, table in rig.items() if key in RIG_TABLES}
+        tables: dict[str, Any] = {"element_b": NoElement(), **of_the_rig}
         for key in RIG_TABLES:
             if (own := getattr(self, key)) is not None:
                 tables[key] = own

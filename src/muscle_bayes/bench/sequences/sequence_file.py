@@ -6,7 +6,14 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from muscle_bayes.bench.sequences.sequence import RIG_TABLES, Repeat, RunPlan, Sequence, Stage
+from muscle_bayes.bench.sequences.sequence import (
+    RIG_TABLES,
+    LoadCell,
+    Repeat,
+    RunPlan,
+    Sequence,
+    Stage,
+)
 from muscle_bayes.data import Element, Fixture, Metadata, Origin, Potentiometer, RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.validation import explain
@@ -26,6 +33,7 @@ class _Rig(BaseModel):
     potentiometer: Potentiometer | None = None
     element_a: Element | None = None
     element_b: Element | None = None
+    load_cell: LoadCell | None = None
 
 
 def read_sequence(path: Path) -> Sequence:
@@ -49,7 +57,8 @@ def read_rig(path: Path) -> dict[str, Any]:
     except ValidationError as error:
         key, problem, mend = explain(error, _Rig)
         raise SequenceError.at(path, problem, mend, key=key) from None
-    tables = {key: getattr(rig, key) for key in RIG_TABLES if getattr(rig, key) is not None}
+    keys = (*RIG_TABLES, "load_cell")
+    tables = {key: getattr(rig, key) for key in keys if getattr(rig, key) is not None}
     if not tables:
         raise SequenceError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
     return tables

@@ -1,11 +1,15 @@
 """Two boards, a meter and a plant in lockstep on one virtual clock."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Final, Self
 
-from muscle_bayes.bench.boards.protocol import ResetCause
+import numpy as np
+
+from muscle_bayes.bench.boards.protocol import ResetCause, Role
 from muscle_bayes.bench.heat.heat_model import TubeModel
+from muscle_bayes.bench.sensors.catalogue import thermometer_of, wiring_of
+from muscle_bayes.bench.simulation.chips import BoardThermometers, SensorChips
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
 from muscle_bayes.bench.simulation.plant import Plant, TwinPlant
@@ -53,12 +57,20 @@ class SimulatedBench:
 
     The heater board is calibrated for the plant's tubes, unless `calibrated` is false.
 
+    `sensors` are names of SENSORS that the boards are wired to. With thermometers among them the meter
+    stays where it is, and `thermometers` is what the heater board reads; without, both are one.
+
     `sensor_board`, `heater_board` and `meter` are transports. `sensor` and `heater` are the
     processors themselves, `meter_device` the meter: for looking inside and for injecting faults.
     """
 
     def __init__(
-        self, plant: Plant | None = None, seed: int = 0, *, calibrated: bool = True
+        self,
+        plant: Plant | None = None,
+        seed: int = 0,
+        *,
+        calibrated: bool = True,
+        sensors: Sequence[str] = (),
     ) -> None:
         self.plant: Plant = TwinPlant(seed=seed) if plant is None else plant
         rig = plant.rig if isinstance(plant, TwinPlant) else Rig()
@@ -68,25 +80,43 @@ class SimulatedBench:
             tube = TubeModel.of(rig.heater.full_rate, rig.heater.cooling_time)
             self.heater.store_tubes((tube, tube))
         self.meter_device = MeterEmulator(rig.meter, generators(seed)["meter"])
+        self.sensors = tuple(sensors)
+        self._wire_sensors(sensors, seed)
         self.sensor_board = _board_link(self.sensor, "simulated sensor board")
         self.heater_board = _board_link(self.heater, "simulated heater board")
         self.meter = Link(self.meter_device, "simulated meter")
         self.listeners: list[Listener] = []
         self.clock = VirtualClock(self._step)
         self._milliseconds = 0
-        self._wire()
+        self._show()
 
-    def _wire(self) -> None:
-        self.sensor.set_analog(self.plant.counts())
-        self.meter_device.step(0.0, self.plant.temperatures())
+    def _wire_sensors(self, sensors: Sequence[str], seed: int) -> None:
+        at_heater, at_sensor = (wiring_of(sensors, role) for role in (Role.HEATER, Role.SENSOR))
+        self.own_thermometers = thermometer_of(at_heater) is not None
+        self._chips = SensorChips(self.sensor, at_sensor, np.random.default_rng([seed, 1]))
+        self.thermometers: MeterEmulator | BoardThermometers = self.meter_device
+        if self.own_thermometers:
+            random = np.random.default_rng([seed, 2])
+            self.thermometers = BoardThermometers(self.heater, at_heater, random)
+        self.heater.store_wiring(at_heater)
+        self.sensor.store_wiring(at_sensor)
+
+    def _show(self) -> None:
+        """What the plant shows to everything that measures."""
+        plant, time = self.plant, self._milliseconds * STEP
+        self.sensor.set_analog(plant.counts())
+        self._chips.step(plant.angle, plant.load, plant.counts_2())
+        self.meter_device.step(time, plant.temperatures())
+        if self.own_thermometers:
+            self.thermometers.step(time, plant.temperatures())
 
     def _step(self) -> None:
         self._milliseconds += 1
         self.sensor.run(1)
         duties = self.heater.run(1)
+        self.plant.blow(self.heater.fan)
         self.plant.advance(duties, STEP)
-        self.sensor.set_analog(self.plant.counts())
-        self.meter_device.step(self._milliseconds * STEP, self.plant.temperatures())
+        self._show()
         for listener in self.listeners:
             listener(self._milliseconds)
 

@@ -1,11 +1,16 @@
 """The plant on the simulated boards' pins: heater duty in, angle sensor and temperatures out."""
 
-from typing import Protocol
+from typing import Final, Protocol
+
+import numpy as np
 
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.rig import Rig
 from muscle_bayes.twin.sensors import AngleSensor
 from muscle_bayes.twin.simulate import generators
+
+SECOND_OFFSET: Final = -30.0
+"""By so much the second potentiometer's zero reading differs from what is stated of the first, counts."""
 
 
 class Plant(Protocol):
@@ -19,8 +24,26 @@ class Plant(Protocol):
         """What the angle sensor's converter would read now, 0-1023."""
         ...
 
+    def counts_2(self) -> int:
+        """What a second potentiometer's converter would read now, 0-1023."""
+        ...
+
+    @property
+    def angle(self) -> float:
+        """Of the rotor, rad."""
+        ...
+
+    @property
+    def load(self) -> float:
+        """What hangs, kg."""
+        ...
+
     def temperatures(self) -> tuple[float, float]:
         """Of both heater tubes, C."""
+        ...
+
+    def blow(self, on: bool) -> None:
+        """Whether the fan blows on the tubes from now on."""
         ...
 
     def hang(self, mass: float) -> None:
@@ -47,6 +70,7 @@ class TwinPlant:
         self.rig = rig or Rig()
         self.bench = Bench(self.rig, load=load, hyst=hyst)
         self.bench.place(angle)
+        self.load = load
         streams = generators(seed)
         spread = self.rig.potentiometer.zero_spread
         self.zero_reading = self.rig.potentiometer.zero_reading + float(
@@ -59,6 +83,12 @@ class TwinPlant:
             self.rig.truth.effects,
         )
 
+        self._second = AngleSensor(
+            self.rig.potentiometer,
+            self.rig.potentiometer.zero_reading + SECOND_OFFSET,
+            np.random.default_rng([seed, 3]),
+        )
+
     def advance(self, duties: tuple[float, float], duration: float) -> None:
         for channel, duty in zip(self.bench.channels, duties, strict=True):
             channel.pwm = duty
@@ -67,11 +97,25 @@ class TwinPlant:
     def counts(self) -> int:
         return self._sensor.read(self.bench.rotor.angle)
 
+    def counts_2(self) -> int:
+        return self._second.read(self.bench.rotor.angle)
+
+    @property
+    def angle(self) -> float:
+        return float(self.bench.rotor.angle)
+
+    def blow(self, on: bool) -> None:
+        heater = self.rig.heater
+        for channel in self.bench.channels:
+            share = heater.fan if on else 1.0
+            channel.tube.cooling_time = share * heater.cooling_time
+
     def temperatures(self) -> tuple[float, float]:
         first, second = self.bench.channels
         return first.tube.temperature, second.tube.temperature
 
     def hang(self, mass: float) -> None:
+        self.load = mass
         self.bench.rotor.hang(mass)
 
     def turn(self, angle: float) -> None:

@@ -2,7 +2,18 @@
 
 import ctypes
 import struct
-from ctypes import POINTER, c_char_p, c_double, c_int, c_uint8, c_uint16, c_uint32, c_uint64
+from ctypes import (
+    POINTER,
+    c_char_p,
+    c_double,
+    c_int,
+    c_int64,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+    c_uint64,
+)
+from dataclasses import astuple
 from functools import cache
 from math import ceil
 from pathlib import Path
@@ -12,6 +23,7 @@ from typing import Final, Self
 from muscle_bayes.bench.boards.protocol import ResetCause, crc16
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
 from muscle_bayes.bench.heat.heat_model import TubeModel
+from muscle_bayes.bench.sensors.sensor import Wiring
 from muscle_bayes.bench.simulation.files import built
 from muscle_bayes.errors import MuscleBayesError
 
@@ -22,6 +34,8 @@ ROLE_PIN: Final = 4
 """Pin of port D that is tied to ground on a heater board."""
 _TUBE_CELLS = 8
 """Address in EEPROM of the tubes' calibration (board_avr.c)."""
+_WIRING_CELLS = 32
+"""The same of what the inputs are wired to."""
 _SUPPLY_MV = 5000
 _FULL_SCALE = 1023
 
@@ -39,7 +53,11 @@ _SIGNATURES: Final = {
     "bridge_receive": ([ctypes.c_void_p, POINTER(c_uint8), c_uint32], c_uint32),
     "bridge_next_conversion": ([ctypes.c_void_p], c_uint64),
     "bridge_analog": ([ctypes.c_void_p, c_int, c_uint32], None),
-    "bridge_ground_pin_d": ([ctypes.c_void_p, c_int, c_int], None),
+    "bridge_ground_pin_d": ([ctypes.c_void_p, c_int], None),
+    "bridge_chip": ([ctypes.c_void_p, c_int, c_uint32, c_int], None),
+    "bridge_load": ([ctypes.c_void_p, c_uint32, c_int], None),
+    "bridge_encoder": ([ctypes.c_void_p, c_int64], None),
+    "bridge_fan": ([ctypes.c_void_p], c_int),
     "bridge_reset": ([ctypes.c_void_p, c_uint8, c_int], None),
     "bridge_hang": ([ctypes.c_void_p, c_int], None),
     "bridge_jump": ([ctypes.c_void_p, c_uint32], None),
@@ -80,7 +98,8 @@ class Processor:
         self._buffer = (c_uint8 * 4096)()
         self._target = 0
         self._duty_cycles = (0.0, 0.0)
-        self._library.bridge_ground_pin_d(self._bridge, ROLE_PIN, int(heater))
+        if heater:
+            self._library.bridge_ground_pin_d(self._bridge, ROLE_PIN)
 
     def run(self, milliseconds: int) -> tuple[float, float]:
         """Let time pass; mean duty (0-255) of both heater pins over it."""
@@ -144,10 +163,27 @@ class Processor:
             started.append(int(cycle))
         return started
 
-    def set_analog(self, counts: int, channel: int = 0) -> None:
+    def set_analog(self, counts: float, channel: int = 0) -> None:
         """Put the voltage on an analog input that converts to that many counts."""
         millivolts = ceil(counts * _SUPPLY_MV / _FULL_SCALE)
         self._library.bridge_analog(self._bridge, channel, millivolts)
+
+    def set_chip(self, channel: int, word: int, bits: int) -> None:
+        """A channel's thermometer chip sends this word from now on; 0 bits: it is gone."""
+        self._library.bridge_chip(self._bridge, channel, word, bits)
+
+    def set_load_cell(self, word: int | None) -> None:
+        """24 bits of the load cell's next conversions; None: its converter is gone."""
+        self._library.bridge_load(self._bridge, word or 0, int(word is not None))
+
+    def turn_encoder(self, count: int) -> None:
+        """Turn the encoder to a count, edge by edge."""
+        self._library.bridge_encoder(self._bridge, count)
+
+    @property
+    def fan(self) -> bool:
+        """Whether the fan's pin is high."""
+        return bool(self._library.bridge_fan(self._bridge))
 
     def reset(self, cause: ResetCause) -> None:
         """Reset; with power-on, RAM is lost too."""
@@ -170,6 +206,11 @@ class Processor:
         """Put a calibration of the heater tubes into EEPROM; the next boot reads it."""
         cells = b"".join(struct.pack("<HH", tube.gain, tube.cooling) for tube in tubes)
         self.write_eeprom(_TUBE_CELLS, cells + struct.pack("<H", crc16(cells)))
+
+    def store_wiring(self, wiring: Wiring) -> None:
+        """Put what the inputs are wired to into EEPROM; the next boot reads it."""
+        cells = struct.pack("<5B2H", *astuple(wiring))
+        self.write_eeprom(_WIRING_CELLS, cells + struct.pack("<H", crc16(cells)))
 
     def write_eeprom(self, address: int, cells: bytes) -> None:
         """Put bytes into EEPROM."""

@@ -5,11 +5,18 @@ from typing import Any, Final
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.devices import Devices
 from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import Meter, MeterSource
-from muscle_bayes.bench.sequences.sequence import RIG_TABLES, Sequence
+from muscle_bayes.bench.sequences.sequence import RIG_TABLES, LoadCell, Sequence
 from muscle_bayes.bench.simulation.bench import SimulatedBench
+from muscle_bayes.bench.simulation.chips import (
+    COUNTER_MIDDLE,
+    ENCODER_SCALE,
+    LOAD_SCALE,
+    LOAD_ZERO,
+)
 from muscle_bayes.bench.simulation.plant import TwinPlant
-from muscle_bayes.data import MuscleElement, NoElement, SpringElement
+from muscle_bayes.data import MuscleElement, NoElement, Potentiometer, SpringElement
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.metadata import describe
 from muscle_bayes.twin.overrides import override
@@ -33,12 +40,16 @@ def simulated_devices(bench: SimulatedBench) -> Devices:
         opened.identify()
         return opened
 
+    heater = Link("heater board", lambda: board(bench.heater_board, "heater board"), clock)
+
     def meter() -> MeterSource:
+        if bench.own_thermometers:
+            return BoardMeter(heater, clock)
         return Meter(bench.meter, clock)
 
     return Devices(
         sensor=Link("sensor board", lambda: board(bench.sensor_board, "sensor board"), clock),
-        heater=Link("heater board", lambda: board(bench.heater_board, "heater board"), clock),
+        heater=heater,
         meter=Link("meter", meter, clock),
         clock=clock,
     )
@@ -107,10 +118,18 @@ def rig_of(sequence: Sequence, rig: Rig) -> Rig:
     return override(rig, values)
 
 
-def rig_tables(rig: Rig) -> dict[str, Any]:
-    """A rig as the tables of NAME.toml."""
+def rig_tables(rig: Rig, bench: SimulatedBench | None = None) -> dict[str, Any]:
+    """A rig as the tables of NAME.toml, its sensors those of a bench."""
     about = describe(rig, free([Stage(duration=1.0)]), ([0.0], [0.0]))
-    return {name: getattr(about, name) for name in RIG_TABLES}
+    tables = {name: getattr(about, name) for name in RIG_TABLES}
+    if bench is not None and "encoder" in bench.sensors:
+        zero = COUNTER_MIDDLE - bench.plant.angle / ENCODER_SCALE
+        tables["potentiometer"] = Potentiometer(
+            zero_reading=zero, radians_per_count=ENCODER_SCALE, zero_uncertainty=1.0, bits=16
+        )
+    if bench is not None and "hx711" in bench.sensors:
+        tables["load_cell"] = LoadCell(zero=float(LOAD_ZERO), kg_per_count=LOAD_SCALE)
+    return tables
 
 
 class SimulatedHand:

@@ -9,7 +9,9 @@ import numpy as np
 
 from muscle_bayes.bench.boards.protocol import ResetCause, encode
 from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
+from muscle_bayes.bench.simulation.chips import BoardThermometers
 from muscle_bayes.bench.simulation.processor import Processor
 from muscle_bayes.bench.trials.host import HeatingHost
 
@@ -51,6 +53,8 @@ class Outcome:
     """What followed one failure."""
 
     failure: str
+    sensors: str
+    """that the boards were wired to, besides potentiometer and meter"""
     seed: int
     heated: bool
     """whether a heater was on when it struck"""
@@ -133,18 +137,34 @@ def echo(at: Incident) -> None:
 
 def silence_meter(at: Incident) -> None:
     """The meter answers no more."""
-    at.bench.meter_device.silent = True
+    at.bench.thermometers.silent = True
 
 
 def freeze_meter(at: Incident) -> None:
     """The meter repeats the same digits for ever."""
-    at.bench.meter_device.frozen = True
+    at.bench.thermometers.frozen = True
+
+
+def garble_thermometers(at: Incident) -> None:
+    """The meter's answers, or the words of the board's own thermometers, are random."""
+    if isinstance(at.bench.thermometers, BoardThermometers):
+        at.bench.thermometers.garbled = True
+    else:
+        at.bench.meter.garble_from = lambda data: at.random.bytes(len(data))
+
+
+def pull_thermometers(at: Incident) -> None:
+    """The line of the thermometers is pulled."""
+    if at.bench.own_thermometers:
+        at.bench.thermometers.silent = True
+    else:
+        at.bench.meter.pull()
 
 
 def open_thermocouple(at: Incident) -> None:
     """A thermocouple comes loose: OL."""
     channel = int(at.random.integers(2))
-    at.bench.meter_device.open_channels = (channel == 0, channel == 1)
+    at.bench.thermometers.open_channels = (channel == 0, channel == 1)
 
 
 def force_temperature(low: float, high: float) -> Callable[[Incident], None]:
@@ -153,7 +173,7 @@ def force_temperature(low: float, high: float) -> Callable[[Incident], None]:
     def strike(at: Incident) -> None:
         shown = round(float(at.random.uniform(low, high)), 1)
         first = at.random.random() < 0.5
-        at.bench.meter_device.forced = (shown, None) if first else (None, shown)
+        at.bench.thermometers.forced = (shown, None) if first else (None, shown)
 
     return strike
 
@@ -216,6 +236,8 @@ FAILURES: Final[tuple[Failure, ...]] = (
     Failure("noise: the board hears itself", echo, False),
     Failure("meter silent", silence_meter, True),
     Failure("meter stuck", freeze_meter, True),
+    Failure("meter gives random answers", garble_thermometers, True),
+    Failure("meter pulled", pull_thermometers, True),
     Failure("meter disconnected (OL)", open_thermocouple, True),
     Failure("meter absurd: far too hot", force_temperature(251.0, 1300.0), True),
     Failure("meter absurd: too hot", force_temperature(130.0, 250.0), True),
@@ -231,11 +253,18 @@ FAILURES: Final[tuple[Failure, ...]] = (
 )
 
 
-def inject(failure: Failure, seed: int) -> Outcome:
-    """Heat with random setpoints for a random time, let the failure strike, and watch the pins."""
+BENCHES: Final[tuple[tuple[str, ...], ...]] = ((), *((name,) for name in THERMOMETERS))
+"""Sensors of the benches on which failures strike by turns: a meter, and each thermometer of the board."""
+
+
+def inject(failure: Failure, seed: int, sensors: Sequence[str] = ()) -> Outcome:
+    """Heat with random setpoints for a random time, let the failure strike, and watch the pins.
+
+    `sensors` are what the boards are wired to besides potentiometer and meter.
+    """
     random = np.random.default_rng([seed, *failure.name.encode()])
     setpoints = tuple(float(s) for s in random.uniform(80.0, 95.0, size=2))
-    with SimulatedBench(seed=seed) as bench:
+    with SimulatedBench(seed=seed, sensors=sensors) as bench:
         host = HeatingHost(bench, (setpoints[0], setpoints[1]))
         host.run(float(random.uniform(0.3, 3.0)))
         bench.clock.sleep(float(random.uniform(0.0, 0.03)))
@@ -258,7 +287,7 @@ def inject(failure: Failure, seed: int) -> Outcome:
             host.run(rest)
         else:
             bench.clock.sleep(rest)
-        return Outcome(failure.name, seed, heated, max(last_on - struck, 0.0))
+        return Outcome(failure.name, ", ".join(sensors), seed, heated, max(last_on - struck, 0.0))
 
 
 def inject_all(
@@ -269,10 +298,10 @@ def inject_all(
 ) -> list[Outcome]:
     """At least that many failures, every kind as often as the next."""
     rounds = -(-count // len(failures))
-    planned = [(failure, seed + n) for n in range(rounds) for failure in failures]
+    planned = [(failure, n) for n in range(rounds) for failure in failures]
     outcomes = []
-    for number, (failure, each) in enumerate(planned):
-        outcomes.append(inject(failure, each))
+    for number, (failure, n) in enumerate(planned):
+        outcomes.append(inject(failure, seed + n, BENCHES[n % len(BENCHES)]))
         progress((number + 1) / len(planned))
     return outcomes
 

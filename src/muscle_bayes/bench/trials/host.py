@@ -5,11 +5,13 @@ from contextlib import suppress
 from typing import Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
+from muscle_bayes.bench.boards.link import Link
 from muscle_bayes.bench.boards.protocol import Boot
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.room import RoomError, far_from_room
 from muscle_bayes.bench.heat.temperature_control import PERIOD
-from muscle_bayes.bench.meters.meter import Meter, first_reading
+from muscle_bayes.bench.meters.board_meter import BoardMeter
+from muscle_bayes.bench.meters.meter import Meter, MeterError, MeterSource, first_reading
 from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 
@@ -32,7 +34,7 @@ class HeatingHost:
     ) -> None:
         self.bench = bench
         self.board = Board(bench.heater_board, bench.clock, "heater board")
-        self.meter = Meter(bench.meter, bench.clock)
+        self.meter: MeterSource = Meter(bench.meter, bench.clock)
         self.heating = Heating((True, True))
         self.stopped: str | None = None
         """Why the host has given up."""
@@ -40,6 +42,10 @@ class HeatingHost:
         self.board.identify()
         self.board.poll()  # what it said when it booted
         self.heating.calibrate(self.board.tubes())
+        if bench.own_thermometers:
+            link = Link("heater board", lambda: self.board, bench.clock)
+            link.open()
+            self.meter = BoardMeter(link, bench.clock)
         reading = first_reading(self.meter, bench.clock, 3.0)
         if question := far_from_room(reading, ROOM):
             raise RoomError(question)
@@ -54,11 +60,12 @@ class HeatingHost:
             if self.stopped is None:
                 try:
                     self._control()
-                except BoardError as error:
+                except (BoardError, MeterError) as error:
                     self._stop(str(error))
             while clock.now() < due - STEP / 2:
                 clock.sleep(min(_POLL, due - clock.now()))
-                self.meter.poll()
+                with suppress(MeterError):
+                    self.meter.poll()
             self._on_period(clock.now())
 
     def _control(self) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from muscle_bayes.bench.boards.protocol import Decoder, Reply, ResetCause, encode, read_answer
 from muscle_bayes.bench.heat.room import RoomError
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
+from muscle_bayes.bench.simulation.chips import BoardThermometers
 from muscle_bayes.bench.trials.host import HeatingHost
 from muscle_bayes.twin.heater import HeaterTube
 from muscle_bayes.twin.rig import Rig
@@ -44,8 +45,16 @@ class TubesOnly:
         for tube, duty in zip(self.tubes, duties, strict=True):
             tube.advance(duty, duration)
 
+    angle, load = 0.0, 0.0
+
     def counts(self) -> int:
         return 512
+
+    def counts_2(self) -> int:
+        return 512
+
+    def blow(self, on: bool) -> None:
+        """No fan is there."""
 
     def temperatures(self) -> tuple[float, float]:
         first, second = self.tubes
@@ -84,11 +93,13 @@ class Trial:
     """heats for a time [s]; says why the host has stopped, if it has"""
 
 
-def run(trial: Trial, seed: int = 0, watched: float = WATCHED) -> Outcome:
-    """Try it on a calibrated board and watch both tubes."""
+def run(
+    trial: Trial, seed: int = 0, watched: float = WATCHED, sensors: Sequence[str] = ()
+) -> Outcome:
+    """Try it on a calibrated board that is wired to these sensors, and watch both tubes."""
     random = np.random.default_rng([seed, *trial.name.encode()])
     plant = TubesOnly()
-    with SimulatedBench(plant, seed) as bench:
+    with SimulatedBench(plant, seed, sensors=sensors) as bench:
         peak, last_on = 0.0, 0.0
 
         def watch(milliseconds: int) -> None:
@@ -263,7 +274,7 @@ def _shows(change: Shown) -> Callable[[SimulatedBench, np.random.Generator], Non
     """The meter shows changed temperatures from now on."""
 
     def strike(bench: SimulatedBench, random: np.random.Generator) -> None:
-        bench.meter_device.shows = change
+        bench.thermometers.shows = change
 
     return strike
 
@@ -273,11 +284,14 @@ def _fahrenheit(time: float, true: tuple[float, float]) -> tuple[float, float]:
 
 
 def _freeze(bench: SimulatedBench, random: np.random.Generator) -> None:
-    bench.meter_device.frozen = True
+    bench.thermometers.frozen = True
 
 
 def _garble(bench: SimulatedBench, random: np.random.Generator) -> None:
-    bench.meter.garble_from = lambda data: random.bytes(len(data))
+    if isinstance(bench.thermometers, BoardThermometers):
+        bench.thermometers.garbled = True
+    else:
+        bench.meter.garble_from = lambda data: random.bytes(len(data))
 
 
 TRIALS: Final[tuple[Trial, ...]] = (

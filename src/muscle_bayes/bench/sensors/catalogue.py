@@ -1,0 +1,109 @@
+"""The sensors that the firmware knows."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any, Final
+
+from muscle_bayes.bench.boards.messages import Role
+from muscle_bayes.bench.sensors.sensor import Sensor, SensorError, Wiring
+
+_CHIP_PINS: Final = (
+    ("8", "SCK of both chips"),
+    ("9", "SO (DO) of both chips"),
+    ("10", "CS of the chip of channel A"),
+    ("11", "CS of the chip of channel B"),
+)
+
+SENSORS: Final = {
+    sensor.name: sensor
+    for sensor in (
+        Sensor(
+            "max31855",
+            "two MAX31855 thermocouple amplifiers",
+            Role.HEATER,
+            _CHIP_PINS,
+            "thermometer",
+            1,
+        ),
+        Sensor(
+            "max6675",
+            "two MAX6675 thermocouple amplifiers",
+            Role.HEATER,
+            _CHIP_PINS,
+            "thermometer",
+            2,
+        ),
+        Sensor(
+            "thermistor",
+            "two NTC thermistors",
+            Role.HEATER,
+            (
+                ("A2", "thermistor of channel A to GND, its series resistor to 5 V"),
+                ("A3", "thermistor of channel B to GND, its series resistor to 5 V"),
+            ),
+            "thermometer",
+            3,
+        ),
+        Sensor(
+            "encoder",
+            "a quadrature encoder in place of the potentiometer",
+            Role.SENSOR,
+            (("2", "phase A of the encoder"), ("3", "phase B of the encoder")),
+            "angle",
+            1,
+        ),
+        Sensor(
+            "potentiometer-2",
+            "a second potentiometer, logged beside the first",
+            Role.SENSOR,
+            (("A1", "its wiper; its ends to 5 V and GND"),),
+            "second",
+            1,
+        ),
+        Sensor(
+            "hx711",
+            "a load cell behind an HX711",
+            Role.SENSOR,
+            (("8", "SCK of the HX711"), ("9", "DT of the HX711")),
+            "load",
+            1,
+        ),
+    )
+}
+"""By name."""
+
+THERMOMETERS: Final = tuple(name for name, one in SENSORS.items() if one.field == "thermometer")
+
+
+def wiring_of(names: Sequence[str], role: Role, *, beta: int = 3950, ratio: float = 1.0) -> Wiring:
+    """Wiring of the board of a role with those sensors that belong to it.
+
+    beta [K] and ratio (series resistor to resistance at 25 C) are the thermistors'. Raises SensorError.
+    """
+    wiring = Wiring(beta=beta, ratio=round(1000 * ratio))
+    for name in names:
+        if name not in SENSORS:
+            raise SensorError(f"{name!r} is no sensor. Fix: one of {', '.join(SENSORS)}.")
+        sensor = SENSORS[name]
+        if sensor.role is not role:
+            continue
+        keys = (
+            ("thermometer_a", "thermometer_b") if sensor.field == "thermometer" else (sensor.field,)
+        )
+        if any(getattr(wiring, key) for key in keys):
+            raise SensorError(f"{name}: its place is taken. Fix: one of {', '.join(names)}.")
+        changes: dict[str, Any] = dict.fromkeys(keys, sensor.kind)
+        wiring = replace(wiring, **changes)
+    return wiring
+
+
+def names_of(wiring: Wiring) -> tuple[str, ...]:
+    """The sensors of a wiring."""
+    has = {field.name: getattr(wiring, field.name) for field in fields(wiring)}
+    has["thermometer"] = max(wiring.thermometer_a, wiring.thermometer_b)
+    return tuple(name for name, one in SENSORS.items() if has[one.field] == one.kind)
+
+
+def thermometer_of(wiring: Wiring) -> str | None:
+    """Name of the thermometers of a heater board, None where the host's meter measures."""
+    return next((name for name in names_of(wiring) if name in THERMOMETERS), None)
