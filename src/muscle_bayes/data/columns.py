@@ -16,6 +16,7 @@ _UNITS: dict[str, tuple[Kind, ...]] = {
     "position_unit": ("counts", "angle", "length", "angular velocity", "velocity"),
     "temperature_unit": ("temperature",),
     "load_unit": ("mass",),
+    "force_unit": ("force", "torque"),
     "applied_unit": ("force", "torque", "current", "voltage", "duty"),
 }
 
@@ -31,8 +32,9 @@ class Columns(Table):
     """absent only where [log] gives a sample_rate"""
     time_unit: str | None = None
     """absent = s"""
-    position: ColumnName
-    """the measured output: a position, or a velocity where position_unit is one"""
+    position: ColumnName | None = None
+    """the measured output: a position, or a velocity where position_unit is one; absent only where a
+    force is measured of an element that is held"""
     position_unit: str = COUNTS
     """counts, or a unit of angle, length, or the velocity of either"""
     position_sign: Literal[1, -1] = 1
@@ -48,6 +50,16 @@ class Columns(Table):
     """mass that hangs on the rig, instead of [load]"""
     load_unit: str | None = None
     """absent = kg; a unit of force is taken for the weight"""
+    force: ColumnName | None = None
+    """measured tension of element_a: force of a load cell, or its torque where it has no length"""
+    force_unit: str | None = None
+    """absent = N, or N*m of a torsion spring or an arm"""
+    force_sign: Literal[1, -1] = 1
+    """-1 where a tension reads negative"""
+    force_zero: Finite | None = None
+    """reading of no force, in force_unit; absent = 0"""
+    force_zero_uncertainty: NonNegative | None = None
+    """standard uncertainty of that, in force_unit; absent = exact"""
     applied: ColumnName | None = None
     """what drives the rig: a known torque (force where motion is linear), or the current, voltage or
     duty of a motor, which [drive] turns into one"""

@@ -189,8 +189,9 @@ def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:
     named: dict[str, str | int] = {}
     if layout.sample_rate is None and columns.time is not None:
         named["time"] = columns.time
-    named["reading"] = columns.position
-    for key in ("temperature_a", "temperature_b", "load", "applied"):
+    if columns.position is not None:
+        named["reading"] = columns.position
+    for key in ("temperature_a", "temperature_b", "load", "force", "applied"):
         if (name := getattr(columns, key)) is not None:
             named[key] = name
     return named

@@ -10,9 +10,9 @@ from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.tables import Drive, Fixture, Load, Potentiometer, Thermometer
 from muscle_bayes.data.units import COUNTS, Unit, drive_kinds, examples, position_kinds, unit_of
 
-Protocol = Literal["spring", "staircase", "sawtooth", "free"]
+Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
 Origin = Literal["synthetic", "measured"]
-Measured = Literal["position", "velocity"]
+Measured = Literal["position", "velocity", "force"]
 
 
 class Metadata(Table):
@@ -39,7 +39,11 @@ class Metadata(Table):
     @property
     def position_unit(self) -> str:
         """Unit of the log's position column, as the metadata write it."""
-        return COUNTS if self.columns is None else self.columns.position_unit
+        if self.columns is None:
+            return COUNTS
+        if self.columns.position is None:
+            return "m" if self.fixture.motion == "linear" else "rad"
+        return self.columns.position_unit
 
     @property
     def output(self) -> Unit:
@@ -111,14 +115,25 @@ class Metadata(Table):
             if layout.sample_rate is not None or not layout.header:
                 key = "log.header" if not layout.header else "log.sample_rate"
                 raise ValueError(f"{key}: needs to know the columns; add [columns] with position")
+            if self.protocol == "imposed":
+                raise ValueError("columns.force: missing, protocol 'imposed' measures it; name it")
             return
+        self._check_force(columns)
         if columns.time is None and layout.sample_rate is None:
             raise ValueError(
                 "columns.time: missing; name the time column, or give log.sample_rate in Hz "
                 "where the log has none"
             )
         if not layout.header:
-            for key in ("time", "position", "temperature_a", "temperature_b", "load", "applied"):
+            for key in (
+                "time",
+                "position",
+                "temperature_a",
+                "temperature_b",
+                "load",
+                "force",
+                "applied",
+            ):
                 if isinstance(name := getattr(columns, key), str):
                     raise ValueError(
                         f"columns.{key}: {name!r} is a name, and log.header = false says that the "
@@ -131,6 +146,40 @@ class Metadata(Table):
                     f"columns.applied_unit: {columns.applied_unit!r} does not fit fixture.motion = "
                     f"{self.fixture.motion!r}; use one such as {examples(fits)}"
                 )
+
+    def _check_force(self, columns: Columns) -> None:
+        if self.protocol == "imposed" and columns.force is None:
+            raise ValueError(
+                "columns.force: missing, protocol 'imposed' measures it; name its column"
+            )
+        if columns.position is None and self.protocol != "imposed":
+            raise ValueError("columns.position: missing; name the column of the measured position")
+        if columns.force is None:
+            return
+        if isinstance(self.element_a, NoElement):
+            raise ValueError(
+                "columns.force: is the tension of element_a, which is none; describe element_a"
+            )
+        if unit_of(self.force_unit, ("force", "torque")) != unit_of(
+            self.force_unit, ("torque" if self.has_torque else "force",)
+        ):
+            raise ValueError(
+                f"columns.force_unit: {self.force_unit!r} does not fit element_a; use one such as "
+                f"{examples(('torque' if self.has_torque else 'force',))}"
+            )
+
+    @property
+    def has_torque(self) -> bool:
+        """Whether element_a has no length: what is measured of it is a torque."""
+        return isinstance(self.element_a, ArmElement) or (
+            isinstance(self.element_a, SpringElement) and self.element_a.linkage == "torsion"
+        )
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of the measured force."""
+        stated = None if self.columns is None else self.columns.force_unit
+        return stated or ("N*m" if self.has_torque else "N")
 
     def _check_load(self) -> None:
         if self.load is not None and self.columns is not None and self.columns.load is not None:

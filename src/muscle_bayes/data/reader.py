@@ -175,6 +175,9 @@ def _numbers(raw: RawLog) -> tuple[Ledger, dict[str, Mask], str]:
             columns[key] = numbers(cells, layout.decimal, layout.thousands)
         refuse_unreadable_column(cells, columns[key], raw.lines, raw.path, raw.columns[key], layout)
     names = dict(raw.columns)
+    if "reading" not in columns:
+        columns["reading"] = np.zeros(len(raw.lines))
+        names["reading"] = "no position"
     if layout.sample_rate is not None:
         columns["time"] = np.asarray(raw.ordinals, dtype=np.float64) / layout.sample_rate
         names["time"], clock = "the sample rate", "rate"
@@ -218,7 +221,7 @@ def _repair(
     check_magnitudes(ledger, units, metadata, clock)
     measured = {key: mask for key, mask in blank.items() if key not in HEATER_COLUMNS}
     slower = fill_slow_columns(ledger, measured)
-    for key in ("reading", "applied"):
+    for key in ("reading", "force", "applied"):
         if key in ledger.columns:
             drop_faulty(ledger, key)
     _refuse_few_rows(ledger)
@@ -249,7 +252,7 @@ def _repair(
 def _to_si(ledger: Ledger, units: dict[str, ColumnUnit], clock: str) -> None:
     """Columns in s, C, kg, and N, N m, A, V or duty; readings stay as logged."""
     for key, column in units.items():
-        if key == "reading" or key not in ledger.columns:
+        if key in ("reading", "force") or key not in ledger.columns:
             continue
         if key == "time" and clock != "number":
             continue

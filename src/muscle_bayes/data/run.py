@@ -15,7 +15,7 @@ from muscle_bayes.data.heater_columns import HEATER_COLUMNS
 from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.repairing.clock import gaps
 from muscle_bayes.data.repairing.ledger import Repair
-from muscle_bayes.data.sensor import Sensor, sensor_of
+from muscle_bayes.data.sensor import Sensor, force_sensor_of, sensor_of
 
 COLUMNS = (
     "time",
@@ -26,6 +26,7 @@ COLUMNS = (
     "setpoint_b",
     "load",
     "applied",
+    "force",
     *HEATER_COLUMNS,
 )
 """Columns of a run's table."""
@@ -41,7 +42,7 @@ class Run:
     `table` holds float64 columns: time [s after the first row kept, rising], reading [in the log's
     own unit, as logged], temperature_a, temperature_b [C], setpoint_a, setpoint_b [C, NaN where
     the log has none], load [kg], applied [N m, N, A, V or duty, see
-    metadata.drive_unit; 0 where none], duty_a,
+    metadata.drive_unit; 0 where none], force [as logged, NaN where none is measured], duty_a,
     duty_b [of 255], faults [bits] and fan [0 or 1], NaN where the log does not tell.
     """
 
@@ -60,6 +61,8 @@ class Run:
     """s between the log's first row and the first row kept"""
     clock: str = "number"
     """how the log gives time: number, hms, iso, pattern, or rate (no time column)"""
+    imposed: np.ndarray | None = None
+    """coordinate of each row, rad or m, where the readings are of a force and the motion is as logged"""
     own_times: Mapping[str, np.ndarray] = field(default_factory=dict)
     """column -> times of its own readings, s on the table's clock, of sensors slower than the rows;
     the table holds straight lines between them (of loads and applied forces the last value)"""
@@ -79,12 +82,33 @@ class Run:
                 f"at least {MIN_ROWS} are needed. Fix: choose a later time."
             )
         own = {key: times[times < time] for key, times in self.own_times.items()}
-        return replace(self, table=table, own_times=own)
+        imposed = None if self.imposed is None else self.imposed[: len(table)]
+        return replace(self, table=table, own_times=own, imposed=imposed)
 
     @property
     def unit(self) -> str:
         """Unit of the readings."""
-        return self.metadata.position_unit
+        return self.metadata.position_unit if self.imposed is None else self.metadata.force_unit
+
+    @property
+    def has_force(self) -> bool:
+        """Whether a force was measured."""
+        return bool(self.table["force"].notna().all())
+
+    def of_force(self) -> "Run":
+        """The run whose readings are the measured force, its coordinate imposed as logged.
+
+        Raises RunError where no force, or no position, was measured.
+        """
+        if not self.has_force or self.measured != "position":
+            raise RunError.at(
+                self.path or self.name,
+                "needs a measured force and the position at which it was measured",
+                "name columns.force, and a column of position",
+                key="columns.force",
+            )
+        table = self.table.assign(reading=self.table["force"], force=np.nan)
+        return replace(self, name=f"{self.name}-force", table=table, imposed=self.coordinate)
 
     @cached_property
     def heat_time(self) -> np.ndarray:
@@ -95,15 +119,16 @@ class Run:
     @cached_property
     def output_sensor(self) -> Sensor:
         """Conversion between readings and what was measured: the coordinate, or its rate."""
-        return sensor_of(self.metadata, self.table["reading"].to_numpy())
+        make = sensor_of if self.imposed is None else force_sensor_of
+        return make(self.metadata, self.table["reading"].to_numpy())
 
     @property
     def sensor(self) -> Sensor:
         """Conversion between readings and the rotor coordinate. Raises RunError of velocities."""
-        if self.measured == "velocity":
+        if self.measured != "position":
             raise RunError.at(
                 self.path or self.name,
-                f"the log measures a velocity, in {self.unit}, where a position is needed",
+                f"the log measures a {self.measured}, in {self.unit}, where a position is needed",
                 "log the position, or integrate the velocity to one",
                 key="columns.position_unit",
             )
@@ -111,8 +136,8 @@ class Run:
 
     @property
     def measured(self) -> Measured:
-        """Whether readings are of the coordinate, or of its rate."""
-        return self.metadata.measured
+        """Whether readings are of the coordinate, of its rate, or of a force."""
+        return self.metadata.measured if self.imposed is None else "force"
 
     @property
     def stops(self) -> tuple[float, float]:
@@ -128,6 +153,8 @@ class Run:
     @cached_property
     def coordinate(self) -> np.ndarray:
         """Rotor coordinate of each row, rad or m, shape (rows,). Raises RunError of velocities."""
+        if self.imposed is not None:
+            return self.imposed
         return self.sensor.coordinate(self.table["reading"].to_numpy())
 
     @cached_property

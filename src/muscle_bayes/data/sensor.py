@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.units import unit_of
 
 _MOST_DECIMALS = 12
 ZERO_UNCERTAINTY = 2.0
@@ -61,6 +62,18 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
     uncertainty = ZERO_UNCERTAINTY if told is None else told
     step = potentiometer.resolution or 1.0
     return Sensor(unit, potentiometer.zero_reading, scale, sign, step, uncertainty)
+
+
+def force_sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
+    """The sensor of force that a run's metadata describe: force = sign scale (reading - zero)."""
+    columns = metadata.columns
+    assert columns is not None, "Metadata guarantees columns where a force is measured"
+    unit = unit_of(metadata.force_unit, ("force", "torque"))
+    assert unit is not None, "Metadata guarantees a unit of force"
+    zero, uncertainty = columns.force_zero or 0.0, columns.force_zero_uncertainty or 0.0
+    return Sensor(
+        unit.text, zero, unit.factor, columns.force_sign, grid_step(readings), uncertainty
+    )
 
 
 def grid_step(readings: ArrayLike) -> float:

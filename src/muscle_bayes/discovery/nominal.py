@@ -18,7 +18,7 @@ from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.muscle_prior import strain_under
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import with_swings
-from muscle_bayes.inference.records.record import is_slow
+from muscle_bayes.inference.records.regime import regime_of
 from muscle_bayes.inference.running.programs import constrained_at
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.nested import Nested
@@ -53,7 +53,7 @@ def nominal(
     key = jax.random.key(seed)
     problem = pose(runs, friction, effects)
     seen = without_runs(problem, hold_out)
-    parts = [[run for run in runs if is_slow(run) == slow] for slow in (False, True)]
+    parts = [[run for run in runs if regime_of(run) == regime] for regime in ("fast", "slow")]
     if not all(parts):
         return _improved(problem, find_mode(key, seen.layout, seen.data), hold_out)
     rotor = [name for name in effects if acts_on_rotor(name)]

@@ -25,6 +25,7 @@ _KEYS: Final = {
     "temperature_a": "temperature_unit",
     "temperature_b": "temperature_unit",
     "load": "load_unit",
+    "force": "force_unit",
     "applied": "applied_unit",
 }
 _LETTERS: Final[dict[str, str]] = {
@@ -57,7 +58,8 @@ class ColumnUnit:
 def default_unit(key: str, metadata: Metadata) -> str:
     """The unit that a column has where the metadata state none."""
     force = "N" if metadata.fixture.motion == "linear" else "N*m"
-    return {"time": "s", "load": "kg", "applied": force, "reading": "counts"}.get(key, "degC")
+    known = {"time": "s", "load": "kg", "applied": force, "reading": "counts"}
+    return {**known, "force": metadata.force_unit}.get(key, "degC")
 
 
 def kinds_of(key: str, metadata: Metadata) -> tuple[Kind, ...]:
@@ -65,6 +67,7 @@ def kinds_of(key: str, metadata: Metadata) -> tuple[Kind, ...]:
     kinds: dict[str, tuple[Kind, ...]] = {
         "time": ("time",),
         "load": ("mass",),
+        "force": ("torque" if metadata.has_torque else "force",),
         "applied": drive_kinds(metadata.fixture.motion),
         "reading": position_kinds(metadata.fixture.motion),
     }

@@ -15,6 +15,7 @@ from muscle_bayes.inference.records.parts import PLACES
 from muscle_bayes.inference.records.rig import with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
+from muscle_bayes.physics.imposed import imposed_response
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.response import (
@@ -46,8 +47,8 @@ class Physical(NamedTuple):
 
     inertia: Array | None
     """J; None where metadata state it."""
-    friction: Array
-    """D."""
+    friction: Array | None
+    """D; None where all motion is imposed."""
     muscle: MuscleParameters | None
     effects: tuple[dict[str, Array], ...]
     """Parameters of each effect, in the layout's order."""
@@ -62,7 +63,7 @@ def physical_of(values: Values, layout: Layout, data: Data) -> Physical:
         for name in layout.effects
     )
     parts = {name: values[name] for name in part_names(layout)}
-    return Physical(values.get("J"), values["D"], muscle_of(values, data), effects, parts)
+    return Physical(values.get("J"), values.get("D"), muscle_of(values, data), effects, parts)
 
 
 def part_names(layout: Layout) -> tuple[str, ...]:
@@ -72,7 +73,8 @@ def part_names(layout: Layout) -> tuple[str, ...]:
 
 def plant_of(rig: Plant, physical: Physical, layout: Layout) -> Plant:
     """A rig with its parameters filled in and the layout's effects added."""
-    friction = FRICTION_LAWS[layout.friction](physical.friction)
+    dry = jnp.zeros(()) if physical.friction is None else physical.friction
+    friction = FRICTION_LAWS[layout.friction](dry)
     plant = with_parameters(rig, physical.inertia, friction, physical.muscle, physical.parts)
     for name, parameters in zip(layout.effects, physical.effects, strict=True):
         plant = plant + effect_type(name)(**parameters)
@@ -108,7 +110,9 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     if cut:
         return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
     nothing = jnp.zeros(lanes.run.shape)
-    first = values[f"{regime}.start"][lanes.run] - zeros_of(values, lanes, regime, cut)
+    start = values.get(f"{regime}.start")
+    start = nothing if start is None else start[lanes.run]
+    first = start - zeros_of(values, lanes, regime, cut)
     slope = values.get(f"{regime}.speed")
     slope = nothing if slope is None else slope[lanes.run] * (1.0 - lanes.released)
     place = values.get(f"{regime}.place")
@@ -129,7 +133,9 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
         schedule = lane.schedule
         q = plant.located(shown, both, schedule.first)
-        if lane.fine is not None:
+        if lane.imposed is not None:
+            response = imposed_response(plant, schedule, lane.imposed, both)
+        elif lane.fine is not None:
             response = refined_response(plant, lane.fine, q, both)
         elif regime == "slow":
             response = quasi_static_response(plant, schedule, q, both)

@@ -53,7 +53,7 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
 
 
 def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:
-    """J and D; no J where the metadata of all runs state it.
+    """J and D; no J where the metadata of all runs state it, neither where all motion is imposed.
 
     J spans four decades around a hand-sized rotor, or around the mass whose weight would drive a
     carriage; dry friction is some share of what drives the rotor, or linear friction some share of
@@ -61,7 +61,9 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
     """
     linear = any(run.metadata.fixture.motion == "linear" for run in runs)
     unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)
-    sites = {}
+    sites: dict[str, Site] = {}
+    if all(run.measured == "force" for run in runs):
+        return sites
     if any(run.metadata.fixture.inertia is None for run in runs):
         sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
     if friction == "coulomb":
@@ -154,9 +156,10 @@ def run_sites(
     if uncertain.any() or nominal.any():  # else all readings are of q itself
         spread = np.maximum(uncertain, EXACT * level)
         sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
-    first = np.array([record.start_reading for record in records])
-    spread = np.sqrt(level**2 + quantum**2 / 12.0)
-    sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
+    if regime != "imposed":
+        first = np.array([record.start_reading for record in records])
+        spread = np.sqrt(level**2 + quantum**2 / 12.0)
+        sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
     if runs[0].measured == "velocity" and any(restores(run) for run in runs):
         sites["place"] = _unmeasured_place(runs, records)
     elif regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):

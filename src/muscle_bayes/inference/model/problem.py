@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,9 +19,10 @@ from muscle_bayes.inference.model.muscle_prior import muscle_sites
 from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.records.open_delay import delay_prior
-from muscle_bayes.inference.records.record import Record, is_slow, record_of, segments
+from muscle_bayes.inference.records.record import Record, record_of, segments
+from muscle_bayes.inference.records.regime import REGIMES, Regime, regime_of
 from muscle_bayes.inference.records.release import moves_at_release
-from muscle_bayes.inference.records.rig import has_muscle, output_of, rig
+from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of, rig
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
@@ -30,10 +31,11 @@ from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
 
-Regime = Literal["fast", "slow"]
-TYPICAL_MISFIT_TIME: dict[str, float] = {"fast": 0.1, "slow": 20.0}
+TYPICAL_MISFIT_TIME: dict[Regime, float] = {"fast": 0.1, "slow": 20.0, "imposed": 1.0}
 """Prior median of how long misfit lasts, s."""
 
+LONGEST: dict[Regime, float] = {"fast": 1e4, "slow": 1e6, "imposed": 1e6}
+"""Longest run that is fitted, s: gaps are solved as finely as readings."""
 FEWEST_READINGS = 5
 """Mean readings of the shortest run that is fitted."""
 SIZE_STEP = 64
@@ -73,6 +75,8 @@ class Lanes(NamedTuple):
     """How temperature slows down towards a turn [C/s^2]: between nodes it is no straight line."""
     fine: FineGrid | None = None
     """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
+    imposed: Float[Array, "lane node"] | None = None
+    """Coordinate that is imposed at the nodes [rad or m]; None where the plant moves by itself."""
     again: Float[Array, "lane interval"] | None = None
     """Readings of a second record from the same start; None if there is only one."""
 
@@ -140,7 +144,13 @@ def _pad(record: Record, size: int) -> Record:
         coarse=zeros(record.coarse),
         jolted=zeros(record.jolted),
         deceleration=last(record.deceleration),
+        imposed=None if record.imposed is None else last(record.imposed),
     )
+
+
+def _imposed(records: Sequence[Record]) -> np.ndarray | None:
+    courses = [record.imposed for record in records if record.imposed is not None]
+    return np.stack(courses) if courses else None
 
 
 def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int]) -> Lanes:
@@ -175,10 +185,19 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         pivot=start,
         swing=np.zeros((len(padded), size)),
         deceleration=np.stack([record.deceleration for record in padded]),
+        imposed=_imposed(padded),
     )
 
 
-def _long_enough(run: Run, record: Record) -> Record:
+def _recorded(run: Run) -> Record:
+    """The run on its grid, which must be neither empty nor endless."""
+    if run.duration > LONGEST[regime_of(run)]:
+        gap = max((end - begin for begin, end in run.gaps), default=0.0)
+        raise MuscleBayesError(
+            f"{run.name}: lasts {run.duration:.3g} s, the longest gap {gap:.3g} s; too long to be "
+            "solved. Fix: correct the time column, or make a run of each part"
+        )
+    record = record_of(run)
     told = int(np.sum(record.weight > 0))
     if told < FEWEST_READINGS:
         raise MuscleBayesError(
@@ -191,8 +210,8 @@ def _long_enough(run: Run, record: Record) -> Record:
 def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
     if not runs:
         raise MuscleBayesError("no runs were given to fit; name at least one CSV file or folder")
-    for regime in ("fast", "slow"):
-        units = {run.unit for run in runs if is_slow(run) == (regime == "slow")}
+    for regime in REGIMES:
+        units = {run.unit for run in runs if regime_of(run) == regime}
         if len(units) > 1:
             raise MuscleBayesError(
                 f"runs that are fitted together log their position in different units "
@@ -240,8 +259,9 @@ def pose(
     of one (`muscle_prior.replaced_by`). Metadata may give that of `clock-offset`.
     Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
     """
+    runs = [output for run in runs for output in outputs_of(run)]
     _check(runs, effects)
-    records = [_long_enough(run, record_of(run)) for run in runs]
+    records = [_recorded(run) for run in runs]
     size = prior.scales(runs, records)
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
@@ -253,8 +273,8 @@ def pose(
             sites[name] = sites[name]._replace(prior=known)
 
     lanes, regimes, segmented, lane_runs, site_runs = [], [], [], [], {}
-    for regime in ("fast", "slow"):
-        members = [i for i, run in enumerate(runs) if is_slow(run) == (regime == "slow")]
+    for regime in REGIMES:
+        members = [i for i, run in enumerate(runs) if regime_of(run) == regime]
         if not members:
             continue
         pieces = {i: segments(runs[i], records[i]) for i in members}

@@ -57,7 +57,8 @@ def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
             result[name] = jnp.broadcast_to(centre, (count, *shape))
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
         name = f"{regime}.hyst_force"
-        if name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
+        free = lanes.imposed is None
+        if free and name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
             rest = partial(_resting_force, problem=problem, lanes=lanes, regime=regime)
             force = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
             result[name] = result[name].at[:, lanes.run].set(force)

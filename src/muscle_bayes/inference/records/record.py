@@ -1,5 +1,6 @@
 """From a run's rows to the arrays that a solver and a likelihood work on."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -9,7 +10,8 @@ from jaxtyping import Array, Float
 from scipy.ndimage import maximum_filter1d
 
 from muscle_bayes.data.run import Run
-from muscle_bayes.inference.records.rig import has_muscle, restores
+from muscle_bayes.inference.records.regime import Regime, regime_of
+from muscle_bayes.inference.records.rig import restores
 from muscle_bayes.inference.records.thermometer import course, deceleration
 from muscle_bayes.physics.schedule import Schedule
 
@@ -65,15 +67,8 @@ class Record(NamedTuple):
     """Slope of the first readings [log's unit per s]."""
     deceleration: Float[Array, "node 2"]
     """How heating or cooling of both sides slows down towards a turn [C/s^2]; 0 of fast runs."""
-
-
-def is_slow(run: Run) -> bool:
-    """Whether the run is solved without rotor inertia: heat drives it, through a muscle.
-
-    A muscle changes over seconds to minutes, the rotor swings in fractions of a second; spring
-    and free runs without a muscle are driven by the rotor's own inertia.
-    """
-    return has_muscle(run)
+    imposed: Float[Array, " node"] | None = None
+    """Coordinate that is imposed at the nodes [rad or m]; None where the plant moves by itself."""
 
 
 def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
@@ -215,6 +210,35 @@ def slow_record(run: Run) -> Record:
     )
 
 
+IMPOSED_INTERVALS = 700
+"""Most intervals into which a run of imposed motion is divided."""
+
+
+def imposed_record(run: Run) -> Record:
+    """Even intervals over which the readings of force are averaged; the coordinate is as logged."""
+    time = run.table["time"].to_numpy()
+    size = int(min(time.size - 1, IMPOSED_INTERVALS))
+    nodes = np.linspace(time[0], time[-1], size + 1)
+    owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
+    mean_time, mean, weight, coarse = _observations(run, owner, size)
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    mean = _centred(mean_time, mean, weight, coarse, middles)
+    heat = [course(run.heat_time, run.table[f"temperature_{s}"].to_numpy(), nodes) for s in "ab"]
+    nothing = np.zeros(size)
+    return Record(
+        Schedule(nodes, np.stack([one.value for one in heat], 1), nothing, nothing),
+        middles,
+        mean,
+        weight,
+        coarse,
+        nothing,
+        float(mean[weight > 0][0]),
+        0.0,
+        np.zeros((nodes.size, 2)),
+        np.interp(nodes, time, run.coordinate),
+    )
+
+
 def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
     """Nodes inside gaps, `longest` apart at most: the rotor swings on there."""
     parts = [
@@ -269,7 +293,7 @@ def fast_record(run: Run) -> Record:
 
 def segments(run: Run, record: Record) -> list[Record]:
     """The record cut into pieces of SEGMENT s, each with its own start, if nothing restores."""
-    if is_slow(run) or restores(run) or run.measured != "position":
+    if regime_of(run) != "fast" or restores(run) or run.measured != "position":
         return [record]
     nodes = record.schedule.time
     pieces = max(1, round(float(nodes[-1] - nodes[0]) / SEGMENT))
@@ -295,4 +319,11 @@ def segments(run: Run, record: Record) -> list[Record]:
 
 def record_of(run: Run) -> Record:
     """The run on the grid that its regime asks for."""
-    return slow_record(run) if is_slow(run) else fast_record(run)
+    return _RECORDS[regime_of(run)](run)
+
+
+_RECORDS: dict[Regime, Callable[[Run], Record]] = {
+    "fast": fast_record,
+    "slow": slow_record,
+    "imposed": imposed_record,
+}

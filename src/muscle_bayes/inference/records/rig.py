@@ -15,11 +15,15 @@ from muscle_bayes.inference.records.parts import PLACES, parts_of
 from muscle_bayes.physics.elements import Arm, Element, Instant, Muscle, NoElement
 from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
 from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.outputs import Output, Position, Velocity
+from muscle_bayes.physics.outputs import Output, Position, Tension, Velocity
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.unknown import UNKNOWN, Part
 
-OUTPUTS: dict[Measured, Output] = {"position": Position(), "velocity": Velocity()}
+OUTPUTS: dict[Measured, Output] = {
+    "position": Position(),
+    "velocity": Velocity(),
+    "force": Tension(),
+}
 """By what a log's position column holds."""
 
 
@@ -86,6 +90,15 @@ def _where_unknown(stated: Array | float, value: Array | float | None) -> Array 
     return jnp.where(jnp.isnan(stated), value, stated)
 
 
+def outputs_of(run: Run) -> tuple[Run, ...]:
+    """A run of each quantity that was measured and is to be explained.
+
+    The coordinate (or its rate), but where it is imposed; and the force, at the coordinate as logged.
+    """
+    force = (run.of_force(),) if run.has_force and run.measured != "force" else ()
+    return force if run.metadata.protocol == "imposed" and force else (run, *force)
+
+
 def output_of(run: Run) -> Output:
     """What the run's readings are of."""
     return OUTPUTS[run.measured]
@@ -107,6 +120,8 @@ def driving_force(run: Run) -> float:
     That of load, drive and arms; of springs where there is nothing else. What is not stated is left
     out; 0 where nothing is.
     """
+    if run.measured == "force":
+        return float(abs(run.output).max()) * tension_lever(run)
     plant, table = rig(run.metadata), run.table
     still = jnp.zeros(())
     signal = float((table["applied"] ** 2).mean() ** 0.5)

@@ -107,7 +107,9 @@ def _starts_of(
     """Unconstrained draws, each shrunk by its factor."""
 
     def one(values: dict[str, Array], factor: Array) -> Array:
-        values = values | {"D": factor * values["D"]}
+        values = dict(values)
+        if "D" in values:
+            values["D"] = factor * values["D"]
         for effect in layout.effects:
             for field, parameter in effect_type(effect).parameters.items():
                 name = f"{effect}.{field}"

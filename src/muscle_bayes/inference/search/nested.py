@@ -179,8 +179,9 @@ def _leaf_names(layout: Layout) -> list[str]:
         {key: f"{name}.{key}" for key in effect_type(name).parameters} for name in layout.effects
     )
     parts = {name: name for name in part_names(layout)}
-    inertia = "J" if any(name == "J" for name, _ in layout.shapes) else None
-    return jax.tree.leaves(Physical(inertia, "D", muscle, effects, parts))
+    sampled = {name for name, _ in layout.shapes}
+    inertia, friction = (name if name in sampled else None for name in ("J", "D"))
+    return jax.tree.leaves(Physical(inertia, friction, muscle, effects, parts))
 
 
 def _effect_leaves(layout: Layout) -> dict[str, int]:

@@ -48,6 +48,10 @@ class Element(Part):
     def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         """Generalised force on q [N m or N]."""
 
+    def tension(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        """What a load cell in the element's line shows: its tension [N], or torque [N m] against q."""
+        return -self.force(now, effects)
+
     def hyst_rate(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         """d sigma_hyst/dt [1/s]; zero where there is no muscle."""
         return jnp.zeros_like(now.hyst)

@@ -11,5 +11,8 @@ class ReferenceSpring(Element):
 
     linkage: Linkage
 
+    def tension(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return reference_spring(self.linkage.length(now.q))
+
     def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
-        return -reference_spring(self.linkage.length(now.q)) * self.linkage.lever(now.q)
+        return -self.tension(now, effects) * self.linkage.lever(now.q)

@@ -66,7 +66,7 @@ class Spring(Element):
         by_length = self.rate * (length - self.free_length)
         return length, jnp.where(jnp.isnan(self.free_length), self.tension_at_zero, by_length)
 
-    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+    def tension(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
         length, lever = self.linkage.length(now.q), self.linkage.lever(now.q)
         middle, pull = self._at_zero()
         tension = pull + self.rate * (length - middle)
@@ -76,4 +76,7 @@ class Spring(Element):
             least = pull + self.rate * (self.closed_length - middle)
             stretch = jnp.maximum(length - self.closed_length, 0.0)
             tension = open_share * least + self.rate * stretch
-        return -(tension + self.damping * lever * now.speed) * lever
+        return tension + self.damping * lever * now.speed
+
+    def force(self, now: Instant, effects: tuple[Effect, ...]) -> Scalar:
+        return -self.tension(now, effects) * self.linkage.lever(now.q)

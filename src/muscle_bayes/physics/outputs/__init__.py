@@ -2,6 +2,7 @@
 
 from muscle_bayes.physics.outputs.output import Output
 from muscle_bayes.physics.outputs.position import Position
+from muscle_bayes.physics.outputs.tension import Tension
 from muscle_bayes.physics.outputs.velocity import Velocity
 
-__all__ = ["Output", "Position", "Velocity"]
+__all__ = ["Output", "Position", "Tension", "Velocity"]

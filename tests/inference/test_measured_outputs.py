@@ -1,0 +1,91 @@
+"""Velocities and forces as measured outputs, from file to posterior."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muscle_bayes as mb
+from muscle_bayes.data import Run, RunError
+from muscle_bayes.data.reader import run_from_bytes
+from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.posteriors.summary import summarise
+
+HEAD = 'format = 1\nprotocol = "PROTOCOL"\norigin = "synthetic"\n[columns]\ntime = "t"\n'
+SPRING = '[fixture]\nmotion = "linear"\n[element_a]\nkind = "spring"\nlinkage = "straight"\n'
+TIME = np.arange(0.0, 20.0, 0.02)
+TRUTH = {"element_a.rate": 300.0, "element_a.tension_at_zero": 2.0, "element_a.damping": 5.0}
+
+
+def read(columns: dict[str, np.ndarray], about: str) -> Run:
+    rows = zip(*columns.values(), strict=True)
+    log = "\n".join([",".join(columns), *(",".join(f"{x:.7g}" for x in row) for row in rows)])
+    return run_from_bytes(log.encode(), about.encode(), Path("pull.csv"), Path("pull.toml"))
+
+
+def pulled(protocol: str = "imposed", extra: str = "") -> Run:
+    x = 0.01 * np.sin(2.0 * TIME) + 0.002 * TIME
+    speed = 0.02 * np.cos(2.0 * TIME) + 0.002
+    rate, pull, damping = TRUTH.values()
+    noise = 0.05 * np.random.default_rng(0).standard_normal(TIME.size)
+    columns = {"t": TIME, "x": x, "f": pull + rate * x + damping * speed + noise}
+    about = HEAD.replace("PROTOCOL", protocol)
+    about += f'position = "x"\nposition_unit = "m"\nforce = "f"\n{extra}' + SPRING
+    return read(columns, about)
+
+
+def test_a_tensile_test_tells_the_spring() -> None:
+    posterior = mb.fit([pulled()], effort="quick", progress=False)
+    assert posterior.parameters == tuple(TRUTH)
+    for name, row in summarise(posterior)["parameters"].items():
+        assert abs(row["mean"] - TRUTH[name]) < 4.0 * row["sd"], name
+        assert row["sd"] < 0.05 * TRUTH[name], name
+    assert list(posterior.tree["observed_data"].data_vars) == ["pull-force"]
+
+
+def test_force_and_position_are_both_explained() -> None:
+    problem = pose([pulled("free")])
+    assert [run.name for run in problem.runs] == ["pull", "pull-force"]
+    assert problem.layout.regimes == ("fast", "imposed")
+    assert {"J", "D", *TRUTH} <= set(problem.sites)
+    assert [run.unit for run in problem.runs] == ["m", "N"]
+
+
+def test_a_held_element_needs_no_position() -> None:
+    about = HEAD.replace("PROTOCOL", "imposed") + 'force = "f"\n' + SPRING
+    run = read({"t": TIME, "f": 2.0 + 0.01 * np.sin(TIME)}, about)
+    assert set(run.coordinate) == {0.0}
+    assert pose([run]).layout.regimes == ("imposed",)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "line", "told"),
+    [
+        ("free", "", "columns.position: missing"),
+        ("imposed", 'position = "x"\nposition_unit = "m"\n', "columns.force: missing"),
+        ("imposed", 'force = "f"\nforce_unit = "N*m"\n', "columns.force_unit: .*does not fit"),
+    ],
+)
+def test_what_is_missing_is_said(protocol: str, line: str, told: str) -> None:
+    if protocol == "free":
+        line = 'force = "f"\n'
+    with pytest.raises(RunError, match=told):
+        read({"t": TIME, "x": TIME, "f": TIME}, HEAD.replace("PROTOCOL", protocol) + line + SPRING)
+
+
+def test_the_rate_of_a_pendulum_tells_what_its_angle_tells() -> None:
+    """A pendulum by closed form: small swings, viscous damping."""
+    inertia, moment = 4e-3, 0.3
+    inner = np.sqrt(moment / inertia - 0.5**2)
+    time = np.arange(0.0, 6.0, 0.01)
+    swing = 0.05 * np.exp(-0.5 * time)
+    speed = -swing * (inner + 0.25 / inner) * np.sin(inner * time)
+    speed += 1e-3 * np.random.default_rng(1).standard_normal(time.size)
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "w"\nposition_unit = "rad/s"\n'
+    run = read({"t": time, "w": speed}, about + f'[element_a]\nkind = "arm"\nmoment = {moment}\n')
+    assert run.measured == "velocity"
+    posterior = mb.fit([run], "linear", effort="quick", progress=False)
+    found = summarise(posterior)
+    assert found["explained"], found["unexplained"]
+    assert found["parameters"]["J"]["mean"] == pytest.approx(inertia, rel=5e-3)
+    assert found["parameters"]["D"]["mean"] == pytest.approx(2 * 0.5 * inertia, rel=0.03)
