@@ -85,7 +85,7 @@ stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
 
-effect-table: $(READY) ## write the table of effects in docs/model.md anew
+effect-table: $(READY) ## write docs/effects.md anew, from the catalogue
 	@$(BIN)/python scripts/write_effect_table.py
 
 notebooks: $(READY) firmware-if-possible ## run all notebooks, write them with their figures into docs/notebooks

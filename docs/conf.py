@@ -8,7 +8,14 @@ import jupytext
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from reference import as_restructured_text, not_ours, write_api_pages, write_command_page  # noqa: E402
+from reference import (  # noqa: E402
+    as_restructured_text,
+    block_mathml,
+    inline_mathml,
+    not_ours,
+    write_api_pages,
+    write_command_page,
+)
 
 project = "muscle_bayes"
 author = "The muscle_bayes authors"
@@ -20,7 +27,8 @@ html_title = project
 html_copy_source = False
 html_show_sourcelink = False
 
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+html_math_renderer = "mathml"  # the usual one fetches a script from elsewhere
 myst_heading_anchors = 3
 nb_execution_mode = "off"  # scripts/notebooks.py runs them
 nb_merge_streams = True
@@ -48,3 +56,4 @@ def setup(app):
     """Docstrings are plain text with Markdown's code marks, which autodoc takes for another markup."""
     app.connect("autodoc-process-docstring", as_restructured_text)
     app.connect("autodoc-skip-member", not_ours)
+    app.add_html_math_renderer("mathml", (inline_mathml, None), (block_mathml, None))

@@ -5,6 +5,10 @@ import pkgutil
 import re
 from importlib import import_module
 from pathlib import Path
+from textwrap import dedent
+
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
 
 import muscle_bayes
 
@@ -68,7 +72,24 @@ def write_command_page(path: Path) -> None:
     command = typer.main.get_command(app)
     context = typer.Context(command, info_name="muscle-bayes")
     text = get_docs_for_click(obj=command, ctx=context, name="muscle-bayes", title="Commands")
-    _write(path, [text])
+    text = re.sub(
+        r"Examples:\n((?: +muscle-bayes .*\n)+)",
+        lambda shown: f"Examples:\n\n```sh\n{dedent(shown[1])}```\n",
+        text,
+    )
+    _write(path, [text.replace("\\[", "[")])
+
+
+def inline_mathml(translator, node) -> None:
+    """An equation inside a line, as MathML: browsers set it without a script."""
+    translator.body.append(tex2mathml(node.astext(), as_block=False))
+    raise SkipNode
+
+
+def block_mathml(translator, node) -> None:
+    """An equation of its own."""
+    translator.body.append(f"<div>{tex2mathml(node.astext(), as_block=True)}</div>")
+    raise SkipNode
 
 
 def _write(path: Path, lines: list[str]) -> None:

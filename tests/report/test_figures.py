@@ -32,7 +32,7 @@ def test_predictions_tell_origin_units_and_intervals(tmp_path):
     one = sawtooth()
     fig = predictive_figure(one, check_run(one), "synthetic")
     told = texts(fig)
-    for word in ("Synthetic data", "[counts]", "[deg]", "temperature A [°C]", "time [s]", "90% of"):
+    for word in ("Synthetic data", "[counts]", "[deg]", "$T_A$ [°C]", "time [s]", "90% of"):
         assert word in told
     for name in ("a.png", "b.png"):
         save(predictive_figure(one, check_run(one), "synthetic"), tmp_path / name)

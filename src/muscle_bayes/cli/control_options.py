@@ -16,7 +16,7 @@ HeaterOption = Annotated[
     typer.Option(
         "--heater",
         metavar="RUN",
-        help="Run whose temperatures tell the heater's gain, cooling and lag; repeatable.",
+        help="Run whose temperatures identify the heater's gain, cooling and lag; repeatable.",
     ),
 ]
 FixtureOption = Annotated[

@@ -204,7 +204,7 @@ def _overlay(axes, judged: Judged, run: str, name: str) -> None:
     draw_bands(axes[1], prediction.time, prediction.reading - mean, "predictions")
     axes[1].plot(prediction.time, prediction.observed - mean, ".", color=BLACK, markersize=2)
     axes[1].axhline(0.0, color=BLUE, linewidth=0.8)
-    axes[1].set(xlabel="time [s]", ylabel=f"logged minus\nmean model [{prediction.unit}]")
+    axes[1].set(xlabel="time [s]", ylabel=f"residual [{prediction.unit}]")
     if prediction.ahead_from > 0.0:
         for axis in axes:
             axis.axvline(prediction.ahead_from, color=GREY, linestyle=":", linewidth=1.0)

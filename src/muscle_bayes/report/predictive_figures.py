@@ -39,7 +39,7 @@ def predictive_figure(prediction: Prediction, check: RunCheck, origin: str) -> F
         _readings(axes[0], prediction)
         if heated:
             axes[1].plot(prediction.time, prediction.temperature, color=VERMILLION)
-            axes[1].set_ylabel("temperature A [°C]")
+            axes[1].set_ylabel("$T_A$ [°C]")
         _residuals(axes[-1], prediction)
         for axis in axes:
             axis.margins(x=0.01)
@@ -65,7 +65,7 @@ def _readings(axis: Axes, prediction: Prediction) -> None:
     draw_bands(axis, time, prediction.reading, "predictions")
     axis.plot(time, prediction.model.mean(axis=0), color=BLUE, linewidth=1.1, label="mean model")
     axis.plot(time, prediction.observed, label="logged (interval means)", **_DOT)
-    axis.set_ylabel(f"position reading [{prediction.unit}]")
+    axis.set_ylabel(f"reading [{prediction.unit}]")
     axis.legend(ncols=4, **_LEGEND)
     unit, factor = judged_unit(prediction)
     first = float(prediction.observed[0])
@@ -76,7 +76,7 @@ def _readings(axis: Axes, prediction: Prediction) -> None:
             lambda moved: np.asarray(moved) / factor + first,
         ),
     )
-    second.set_ylabel(f"moved since the start [{unit}]")
+    second.set_ylabel(f"moved [{unit}]")
 
 
 def _residuals(axis: Axes, prediction: Prediction) -> None:
@@ -84,7 +84,7 @@ def _residuals(axis: Axes, prediction: Prediction) -> None:
     draw_bands(axis, prediction.time, prediction.reading - mean, "predictions")
     axis.axhline(0.0, color=BLUE, linewidth=1.0)
     axis.plot(prediction.time, prediction.observed - mean, **_DOT)
-    axis.set_ylabel(f"logged minus\nmean model [{prediction.unit}]")
+    axis.set_ylabel(f"residual\n[{prediction.unit}]")
 
 
 def prior_predictive_figure(

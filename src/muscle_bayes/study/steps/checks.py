@@ -1,5 +1,6 @@
 """What the data say of a fit, what its priors allow, and its predictions beside readings."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -72,9 +73,15 @@ def _draw_posterior(
         "region means that only a combination of the two is known." + mark,
         origin,
     )
+    given = ("J", "D") if part == "muscle" and plan.roles.fixture else ()
+    shown = {
+        name: one
+        for name, one in found.parameters.items()
+        if name in posterior.parameters and name not in given
+    }
     drawn.add(
         f"identifiability-{part}",
-        identifiability_figure(found),
+        identifiability_figure(replace(found, parameters=shown)),
         "How far the data narrow each parameter. 1: known exactly; 0: no better than before. It is 1 minus "
         "the width of the posterior's 90 % interval over that of the prior's."
         + (

@@ -1,0 +1,56 @@
+"""Figures are drawn as they are printed: no wider than a line, no text under 7 points."""
+
+import numpy as np
+import pytest
+from known_cases import gaussian, posterior_of, sawtooth
+from matplotlib.text import Text
+
+from muscle_bayes.criticism.coverage import check_run
+from muscle_bayes.criticism.drift import drift
+from muscle_bayes.examples import load_example
+from muscle_bayes.inference.posteriors.identifiability import Identifiability, ParameterReport
+from muscle_bayes.report.drift_figure import drift_figure
+from muscle_bayes.report.forest_figure import forest_figure
+from muscle_bayes.report.identifiability_figure import identifiability_figure
+from muscle_bayes.report.pairs_figure import pairs_figure
+from muscle_bayes.report.posterior_figures import posterior_figure
+from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
+from muscle_bayes.report.run_figure import run_figure
+from muscle_bayes.report.style import SMALLEST, WIDTH
+
+
+def _posterior(count: int):
+    rng = np.random.default_rng(0)
+    names = [f"p{number}" for number in range(count)]
+    prior = {name: rng.standard_normal(400) for name in names}
+    return posterior_of(prior, {name: 0.1 * rng.standard_normal(400) for name in names})
+
+
+def _identified() -> Identifiability:
+    one = ParameterReport(0.9, False, "", 0.1, {})
+    return Identifiability({f"p{number}": one for number in range(9)}, (), ())
+
+
+FIGURES = {
+    "prediction": lambda: predictive_figure(sawtooth(), check_run(sawtooth()), "synthetic"),
+    "prior": lambda: prior_predictive_figure([gaussian(readings=100, draws=50)] * 2),
+    "drift": lambda: drift_figure(sawtooth(), drift(sawtooth()), "synthetic"),
+    "posterior": lambda: posterior_figure(_posterior(11)),
+    "pairs": lambda: pairs_figure(_posterior(6)),
+    "forest": lambda: forest_figure({"nominal": _posterior(4), "revised": _posterior(4)}),
+    "identifiability": lambda: identifiability_figure(_identified()),
+    "run": lambda: run_figure(load_example("sawtooth")[0]),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_fits_a_printed_line_and_can_be_read(name):
+    fig = FIGURES[name]()
+    assert fig.get_size_inches()[0] <= WIDTH
+    assert fig.get_size_inches()[1] <= 8.5
+    small = {
+        one.get_text()
+        for one in fig.findobj(Text)
+        if one.get_visible() and one.get_text().strip() and one.get_fontsize() < SMALLEST
+    }
+    assert small == set()
