@@ -88,8 +88,8 @@ protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 effect-table: $(READY) ## write docs/effects.md anew, from the catalogue
 	@$(BIN)/python scripts/write_effect_table.py
 
-notebooks: $(READY) firmware-if-possible ## run all notebooks, write them with their figures into docs/notebooks
-	@$(BIN)/python scripts/notebooks.py --out docs/notebooks
+notebooks: $(READY) firmware-if-possible ## run all notebooks, and write them with their figures beside the scripts
+	@$(BIN)/python scripts/notebooks.py --out notebooks
 
 docs: $(READY) ## build these pages as a site in build/docs, with what `make notebooks` has run
 	@$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs

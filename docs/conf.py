@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from shutil import copyfile
 
 import jupytext
 
@@ -20,7 +21,7 @@ from reference import (  # noqa: E402
 project = "muscle_bayes"
 author = "The muscle_bayes authors"
 extensions = ["myst_nb", "sphinx.ext.autodoc"]
-exclude_patterns = ["notebooks/kept", "reference.py"]
+exclude_patterns = ["reference.py"]
 
 html_theme = "furo"
 html_title = project
@@ -45,8 +46,10 @@ write_api_pages(HERE / "api")
 write_command_page(HERE / "commands.md")
 for source in sorted((HERE.parent / "notebooks").glob("*.py")):
     shown = HERE / "notebooks" / f"{source.stem}.ipynb"
-    if not shown.exists():  # without figures, until `make notebooks` has run it
-        shown.parent.mkdir(exist_ok=True)
+    shown.parent.mkdir(exist_ok=True)
+    if (run := source.with_suffix(".ipynb")).exists():
+        copyfile(run, shown)
+    else:  # without figures, until `make notebooks` has run it
         notebook = jupytext.read(source)
         notebook.metadata.language_info = {"name": "python", "pygments_lexer": "ipython3"}
         jupytext.write(notebook, shown)

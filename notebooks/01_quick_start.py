@@ -1,9 +1,11 @@
 # %% [markdown]
 # # Quick start: from log files to a posterior
 #
+# **You will learn** how to read runs, estimate a rotor's inertia *J* and friction *D*, and see how
+# sure they are.
+#
 # A weight hangs from a disc, a spring holds it, and somebody lets go. The rotor swings, slower and
-# slower, and at some point it *sticks*: dry friction holds it a little off its balance. From such
-# records we want the inertia *J* of the rotor and its friction *D*, with honest uncertainty.
+# slower. At some point it *sticks*: dry friction holds it a little off its balance.
 #
 # **The data are synthetic.** A simulator that shares no code with the inference wrote them, from the
 # values that the thesis printed. That is why we can ask in the end whether the answer is right.

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # Bring your own rig
 #
+# **You will learn** how to describe a log with other columns, units or mechanics, and to fit it.
+#
 # Your log has other columns, other units, another mechanism. Nothing has to be programmed for that:
 # the TOML beside the CSV describes both. As an example we take the simplest rig there is, a pendulum
 # on an axle, filmed with a phone.

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # The fixture: which friction is it?
 #
+# **You will learn** how to look at priors, compare two models of friction, and choose by prediction.
+#
 # Before a muscle can be measured, the rig has to be known. The thesis fitted its rotor twice, once
 # with dry (Coulomb) friction and once with friction in proportion to speed, and had to choose by eye.
 # Here both are fitted, and how well each predicts the readings decides.

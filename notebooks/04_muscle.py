@@ -1,6 +1,8 @@
 # %% [markdown]
 # # The muscle: nine parameters, and what a staircase can tell of them
 #
+# **You will learn** how to estimate the muscle's nine parameters, and which of them the runs leave open.
+#
 # A coiled nylon thread shortens when it is heated, and it remembers: part of its length relaxes over
 # minutes, faster when hot. The thesis describes it by a spring (MODULUS), a contraction that depends
 # on temperature (OFFSET) and a spring beside a damper (HYST), nine numbers in all, of which it set

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # The muscle's posterior as a NumPyro model
 #
+# **You will learn** how to use NumPyro's own tools on a run, and to differentiate a simulation.
+#
 # `fit` chooses priors and sampler. Here we choose both: the posterior of a run is a plain NumPyro
 # model, so everything that NumPyro offers works on it. At the end we differentiate a simulated run.
 #

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # Checks: would you believe this model?
 #
+# **You will learn** how to predict a run that was not fitted, and what coverage and creep say.
+#
 # A model that fits its own data has shown little. Here it has to predict a sawtooth: fast heating to
 # 90 °C, cooling, and more load poured on in between. None of it was fitted; its first 30 % tell where
 # the potentiometer's zero lies and in what state the muscle began, and the rest is predicted.

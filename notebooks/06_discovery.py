@@ -1,6 +1,8 @@
 # %% [markdown]
 # # Discovery: what is missing from the model?
 #
+# **You will learn** how to find where a model disagrees with runs, and which effect it lacks.
+#
 # The thesis found its missing effect, coils that touch, by looking at a misfit until somebody had an
 # idea. Here that is a method: find *where* a model disagrees with the runs, weigh *which* effect of a
 # catalogue explains it, add it only if unseen readings are predicted better, and say "none" or

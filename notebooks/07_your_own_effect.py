@@ -1,6 +1,8 @@
 # %% [markdown]
 # # Write your own effect
 #
+# **You will learn** how to write an effect of your own, and to test whether the runs want it.
+#
 # The catalogue holds what others thought of. Your rig may do something else. An effect is one class
 # in one file; everything that the package does with its own effects (fitting, gating, predicting,
 # discovery) then works with yours.

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # Controller: gains for every muscle that the data allow
 #
+# **You will learn** how to tune gains over a posterior, and to test them on draws that were not used.
+#
 # Two muscles pull on one rotor from both sides; heating one turns it. The thesis tuned such a joint
 # for one set of parameters. We do not have one set, we have a posterior: a controller should work
 # for all of it.

@@ -1,6 +1,8 @@
 # %% [markdown]
 # # The bench, without the bench
 #
+# **You will learn** how to record a sequence through the real firmware, and what happens on a fault.
+#
 # The firmware of both boards runs here in a simulated processor, instruction for instruction, and the
 # recorder is the program that drives the real boards. Only rotor, muscle and heaters are a
 # simulation. So a sequence can be tried, and broken, before anything gets hot.

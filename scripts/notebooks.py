@@ -1,7 +1,8 @@
 """Run notebooks/*.py and write them as .ipynb with what they show.
 
 A notebook's cell tagged `parameters` says how long it computes and where results are kept; the latter is
-set anew after it, so that nothing of an earlier run is taken over.
+set anew after it, so that nothing of an earlier run is taken over. The first cell gets the time that the
+run took.
 """
 
 import argparse
@@ -50,7 +51,11 @@ def execute(path: Path, out: Path, kept: Path) -> None:
     client = NotebookClient(
         notebook, timeout=TIMEOUT, kernel_name="python3", resources=resources, extra_arguments=quiet
     )
+    begun = perf_counter()
     client.execute()
+    took = f"*Ran in {perf_counter() - begun:.0f} s on {os.cpu_count()} cores.*"
+    notebook.cells[0].source += f"\n\n{took}"
+    notebook.metadata.jupytext = {"formats": "ipynb,py:percent"}
     notebook.cells = [c for c in notebook.cells if INJECTED not in c.metadata.get("tags", ())]
     nbformat.write(notebook, out / f"{path.stem}.ipynb")
 
@@ -61,13 +66,13 @@ def main() -> int:
     parser.add_argument("notebooks", nargs="*", type=Path, help="all unless named")
     parser.add_argument("--out", type=Path, required=True, help="folder of the .ipynb")
     parser.add_argument(
-        "--kept", type=Path, help="folder of posteriors; OUT/kept, emptied, unless said"
+        "--kept", type=Path, help="folder of posteriors; reports/notebooks, emptied, by default"
     )
     asked = parser.parse_args()
     keep_compiled_code()
     os.environ.pop("MPLBACKEND", None)  # figures go into the notebook
     os.environ["PYTHONWARNINGS"] = "ignore:IProgress not found"  # tqdm without widgets
-    kept = asked.kept or asked.out / "kept"
+    kept = asked.kept or PROJECT / "reports" / "notebooks"
     if asked.kept is None:
         shutil.rmtree(kept, ignore_errors=True)
     kept.mkdir(parents=True, exist_ok=True)

@@ -60,6 +60,7 @@ def test_a_notebook_tells_a_story_and_calls_the_library(path):
     first = notebook.cells[0]
     assert first.cell_type == "markdown"
     assert first.source.startswith("# ")
+    assert "You will learn" in first.source
     prose = "".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
     assert re.search(r"synthetic", prose, re.IGNORECASE), "does not say that its data are synthetic"
     code = "\n".join(
@@ -74,3 +75,21 @@ def test_a_notebook_tells_a_story_and_calls_the_library(path):
 def test_the_numpyro_model_takes_under_thirty_lines():
     lines = (PROJECT / "notebooks" / "04b_numpyro_model.py").read_text().splitlines()
     assert sum(bool(line) and not line.startswith("#") for line in lines) < 30
+
+
+MOST_BYTES = 6_000_000
+"""Of all notebooks that are shipped with their figures."""
+
+
+def test_shipped_notebooks_are_paired_with_their_scripts_and_small():
+    shipped = sorted((PROJECT / "notebooks").glob("*.ipynb"))
+    if not shipped:
+        pytest.skip("`make notebooks` has not been run")
+    assert [one.stem for one in shipped] == [one.stem for one in NOTEBOOKS]
+    assert sum(one.stat().st_size for one in shipped) < MOST_BYTES
+    for one in shipped:
+        codes = [
+            [cell.source for cell in notebook.cells if cell.cell_type == "code"]
+            for notebook in (jupytext.read(one.with_suffix(".py")), nbformat.read(one, as_version=4))
+        ]
+        assert codes[0] == codes[1], f"{one.name}: run `make notebooks`"
