@@ -18,8 +18,6 @@ import muscle_bayes as mb
 
 mb.keep_compiled_code()  # before JAX is imported: the next notebook need not compile all this again
 
-from muscle_bayes.study.published import TABLE_1
-
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")
 EFFORT = "quick"
@@ -64,7 +62,7 @@ fixture
 # which the simulator ran.
 
 # %%
-mb.plot_posterior(fixture, TABLE_1["coulomb"], "fixture")
+mb.plot_posterior(fixture, mb.TABLE_1["coulomb"], "fixture")
 
 # %% [markdown]
 # Does the model do what the rotor did? Dots are readings, bands are predictions. Below is what is

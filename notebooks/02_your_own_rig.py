@@ -17,13 +17,12 @@ from tempfile import mkdtemp
 
 import numpy as np
 import pandas as pd
+from scipy.constants import g
 from scipy.integrate import solve_ivp
 
 import muscle_bayes as mb
 
 mb.keep_compiled_code()
-
-from muscle_bayes.conventions import GRAVITY
 
 # %% tags=["parameters"]
 EFFORT = "quick"
@@ -45,7 +44,7 @@ inertia = truth["J"] + mass * distance**2
 swing = solve_ivp(
     lambda t, y: [
         y[1],
-        (-mass * GRAVITY * distance * np.sin(y[0]) - truth["D"] * y[1]) / inertia,
+        (-mass * g * distance * np.sin(y[0]) - truth["D"] * y[1]) / inertia,
     ],
     (time[0], time[-1]),
     [0.6, 0.0],

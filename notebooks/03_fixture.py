@@ -17,8 +17,6 @@ import muscle_bayes as mb
 
 mb.keep_compiled_code()
 
-from muscle_bayes.study.published import TABLE_1
-
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")
 EFFORT = "quick"
@@ -82,4 +80,4 @@ mb.plot_prediction(prediction, check, runs[0].metadata.origin)
 mb.identify(posteriors["coulomb"])
 
 # %%
-mb.plot_posterior(posteriors["coulomb"], TABLE_1["coulomb"], "fixture")
+mb.plot_posterior(posteriors["coulomb"], mb.TABLE_1["coulomb"], "fixture")

@@ -19,8 +19,6 @@ import muscle_bayes as mb
 
 mb.keep_compiled_code()
 
-from muscle_bayes.study.published import TABLE_1, TABLE_2
-
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")
 EFFORT = "quick"
@@ -51,7 +49,7 @@ muscle = mb.load(KEPT / "muscle.nc")
 muscle
 
 # %%
-mb.plot_posterior(muscle, TABLE_1["coulomb"] | TABLE_2, "muscle")
+mb.plot_posterior(muscle, mb.TABLE_1["coulomb"] | mb.TABLE_2, "muscle")
 
 # %% [markdown]
 # ## Read the wide ones

@@ -18,8 +18,6 @@ import muscle_bayes as mb
 
 mb.keep_compiled_code()
 
-from muscle_bayes.criticism.drift import drift
-
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")
 EFFORT = "quick"
@@ -60,7 +58,7 @@ check
 # how fast should it?
 
 # %%
-found = drift(prediction)
+found = mb.drift(prediction)
 found
 
 # %%

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from muscle_bayes.compiled import keep_compiled_code
     from muscle_bayes.criticism.compare import compare
     from muscle_bayes.criticism.coverage import check_run as check
+    from muscle_bayes.criticism.drift import drift
     from muscle_bayes.data.reader import read_runs
     from muscle_bayes.discovery.discover import discover
     from muscle_bayes.errors import MuscleBayesError
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from muscle_bayes.physics.solvers.stick_slip import StickSlip
     from muscle_bayes.report.control_figures import scenario_figure as plot_scenario
     from muscle_bayes.report.discovery_figures import before_after_figure as plot_before_after
+    from muscle_bayes.report.discovery_figures import discovery_figure as plot_discovery
     from muscle_bayes.report.discovery_figures import misfit_figure as plot_misfit
     from muscle_bayes.report.discovery_figures import probability_figure as plot_probabilities
     from muscle_bayes.report.drift_figure import drift_figure as plot_drift
@@ -54,11 +56,14 @@ if TYPE_CHECKING:
         prior_predictive_figure as plot_prior_prediction,
     )
     from muscle_bayes.report.run_figure import run_figure as plot_run
+    from muscle_bayes.study.published import TABLE_1, TABLE_2
 
     load = Posterior.load
     __version__: str
 
 __all__ = [
+    "TABLE_1",
+    "TABLE_2",
     "Effect",
     "MuscleBayesError",
     "Plant",
@@ -71,6 +76,7 @@ __all__ = [
     "check",
     "compare",
     "discover",
+    "drift",
     "fit",
     "identify",
     "initial_state",
@@ -79,6 +85,7 @@ __all__ = [
     "load_example",
     "plant_of",
     "plot_before_after",
+    "plot_discovery",
     "plot_drift",
     "plot_forest",
     "plot_identifiability",
@@ -104,11 +111,14 @@ _HOME = {
     "Posterior": "inference.posteriors.posterior:Posterior",
     "QuasiStatic": "physics.solvers.quasi_static:QuasiStatic",
     "Schedule": "physics.schedule:Schedule",
+    "TABLE_1": "study.published:TABLE_1",
+    "TABLE_2": "study.published:TABLE_2",
     "StickSlip": "physics.solvers.stick_slip:StickSlip",
     "calibration_model": "inference.model.calibration_model:calibration_model",
     "check": "criticism.coverage:check_run",
     "compare": "criticism.compare:compare",
     "discover": "discovery.discover:discover",
+    "drift": "criticism.drift:drift",
     "fit": "api.fitting:fit",
     "identify": "inference.posteriors.identifiability:identify",
     "initial_state": "physics.simulation:initial_state",
@@ -117,6 +127,7 @@ _HOME = {
     "load_example": "examples:load_example",
     "plant_of": "api.plants:plant_of",
     "plot_before_after": "report.discovery_figures:before_after_figure",
+    "plot_discovery": "report.discovery_figures:discovery_figure",
     "plot_drift": "report.drift_figure:drift_figure",
     "plot_forest": "report.forest_figure:forest_figure",
     "plot_identifiability": "report.identifiability_figure:identifiability_figure",

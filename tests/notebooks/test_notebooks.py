@@ -90,6 +90,9 @@ def test_shipped_notebooks_are_paired_with_their_scripts_and_small():
     for one in shipped:
         codes = [
             [cell.source for cell in notebook.cells if cell.cell_type == "code"]
-            for notebook in (jupytext.read(one.with_suffix(".py")), nbformat.read(one, as_version=4))
+            for notebook in (
+                jupytext.read(one.with_suffix(".py")),
+                nbformat.read(one, as_version=4),
+            )
         ]
         assert codes[0] == codes[1], f"{one.name}: run `make notebooks`"

@@ -143,6 +143,21 @@ def drift(prediction: Prediction, seed: int = 0) -> Drift:
     The slope is fitted by least squares; its standard error comes from the scatter of observed
     minus mean model about a line, widened for autocorrelation. Positive is the direction of the
     rotor's coordinate.
+
+    Args:
+        prediction: of one run, as `predict` gives it.
+        seed: of the random numbers.
+
+    Returns:
+        Slopes [deg/min or mm/min] and shifts of every cold phase, measured and predicted, and the
+        mean difference of slopes; `reason` says why there is none.
+
+    Example:
+        >>> import muscle_bayes as mb
+        >>> muscle = mb.load("muscle.nc")  # of the staircases, by `fit`
+        >>> (prediction,) = mb.predict(muscle, mb.load_example("sawtooth"))
+        >>> mb.drift(prediction).unit
+        'deg'
     """
     unit = judged_unit(prediction)[0]
     if np.ptp(_smoothed(prediction.temperature)) < HEATED_RISE:
