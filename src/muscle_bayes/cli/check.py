@@ -1,16 +1,18 @@
 """`muscle-bayes check`: what a posterior says of runs, fitted or not, beside what was logged."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    FittedArgument,
+    FolderOption,
     JsonOption,
+    RunsArgument,
     SeedOption,
     print_place,
-    writable_folder,
     write_json,
 )
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
@@ -25,17 +27,10 @@ _FIGURES = Path("reports/check")
 
 
 def check(
-    posterior: Annotated[
-        Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
-    ],
-    runs: Annotated[
-        list[Path],
-        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
-    ],
+    posterior: FittedArgument,
+    runs: RunsArgument,
     json: JsonOption = None,
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the figures.")
-    ] = _FIGURES,
+    out: FolderOption = _FIGURES,
     device: DeviceOption = Device.cpu,
     seed: SeedOption = 0,
 ) -> None:

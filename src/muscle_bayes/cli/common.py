@@ -76,6 +76,21 @@ JsonOption = Annotated[
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, metavar="N", help="Seed of the random numbers.")
 ]
+RunsArgument = Annotated[
+    list[Path], typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs.")
+]
+FittedArgument = Annotated[
+    Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
+]
+FolderOption = Annotated[
+    Path,
+    typer.Option("--out", metavar="DIR", callback=writable_folder, help="Folder of the results."),
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
+]
+WorkersOption = Annotated[int, typer.Option(min=1, metavar="N", help="Processes on this machine.")]
 
 
 def print_error(error: MuscleBayesError) -> None:

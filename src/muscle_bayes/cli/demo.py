@@ -1,16 +1,15 @@
 """`muscle-bayes demo`: inertia and friction from one shipped run, and a prediction of another."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    FolderOption,
     JsonOption,
     SeedOption,
     print_place,
-    writable_folder,
     write_json,
 )
 from muscle_bayes.cli.device import Device, compute_on
@@ -19,12 +18,7 @@ FITTED, PREDICTED = "spring-1", "spring-5"
 
 
 def demo(
-    out: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR", callback=writable_folder, help="Folder of posterior and figures."
-        ),
-    ] = Path("reports/demo"),
+    out: FolderOption = Path("reports/demo"),
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:

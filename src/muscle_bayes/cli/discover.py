@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_folder, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    FolderOption,
+    JsonOption,
+    RunsArgument,
+    SeedOption,
+    write_json,
+)
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import (
     EffectOption,
@@ -19,18 +26,8 @@ if TYPE_CHECKING:
 
 
 def discover(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR",
-            callback=writable_folder,
-            help="Figures, summary and the final posterior go here.",
-        ),
-    ] = Path("reports/discovery"),
+    runs: RunsArgument,
+    out: FolderOption = Path("reports/discovery"),
     hold_out: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Only predict this run; may be repeated."),

@@ -10,6 +10,7 @@ import typer
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     JsonOption,
+    RunsArgument,
     SeedOption,
     print_place,
     writable_file,
@@ -49,10 +50,7 @@ class Preset(StrEnum):
 
 
 def fit(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
-    ],
+    runs: RunsArgument,
     out: Annotated[
         Path,
         typer.Option(

@@ -8,6 +8,7 @@ import typer
 from muscle_bayes.cli.common import (
     EXIT_USER_ERROR,
     JsonOption,
+    RunsArgument,
     print_error,
     writable_file,
     writable_folder,
@@ -24,10 +25,7 @@ _FIGURES = Path("reports/inspect")
 
 
 def inspect(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs."),
-    ],
+    runs: RunsArgument,
     json: JsonOption = None,
     figure: Annotated[
         Path | None,

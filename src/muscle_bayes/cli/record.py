@@ -20,7 +20,7 @@ from muscle_bayes.cli.bench_options import (
     signals_interrupt,
     simulated_rig,
 )
-from muscle_bayes.cli.common import JsonOption, SeedOption, writable_folder, write_json
+from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -34,9 +34,7 @@ def record(
         Path,
         typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`."),
     ],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the runs.")
-    ],
+    out: FolderOption,
     simulate: SimulateOption = False,
     port: PortOption = None,
     meter: MeterOption = None,

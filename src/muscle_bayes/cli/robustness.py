@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_folder, write_json
+from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, print_place, write_json
 from muscle_bayes.cli.control_options import (
     FixtureOption,
     HeaterOption,
@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 
 def robustness(
     posterior: PosteriorArgument,
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the figures.")
-    ],
+    out: FolderOption,
     gains: Annotated[
         Path | None,
         typer.Option(

@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, writable_folder, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    FolderOption,
+    JsonOption,
+    SchedulerOption,
+    SeedOption,
+    WorkersOption,
+    write_json,
+)
 from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
 
 if TYPE_CHECKING:
@@ -37,12 +45,7 @@ def sbc(
             help="Runs that give rig, drive and times; their readings are redrawn.",
         ),
     ],
-    out: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR", callback=writable_folder, help="Where ranks, figure and numbers go."
-        ),
-    ] = Path("reports/sbc"),
+    out: FolderOption = Path("reports/sbc"),
     sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
@@ -55,11 +58,8 @@ def sbc(
             "and rank them in the posterior of these and redrawn readings together.",
         ),
     ] = False,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
-    ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 2,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = 2,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:

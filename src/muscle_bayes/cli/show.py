@@ -1,27 +1,22 @@
 """`muscle-bayes show`: a saved posterior as table and figures."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    FittedArgument,
+    FolderOption,
     JsonOption,
     print_place,
-    writable_folder,
     write_json,
 )
 
 
 def show(
-    posterior: Annotated[
-        Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the figures."),
-    ] = Path("reports/show"),
+    posterior: FittedArgument,
+    out: FolderOption = Path("reports/show"),
     json: JsonOption = None,
 ) -> None:
     """Show a saved posterior: table of parameters, what the data cannot identify, and figures.

@@ -5,13 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from muscle_bayes.cli.common import (
-    JsonOption,
-    SeedOption,
-    writable_file,
-    writable_folder,
-    write_json,
-)
+from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, writable_file, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -29,9 +23,7 @@ def simulate(
             "shipped: the set in data/, which takes no option but --out and --json.",
         ),
     ],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the runs.")
-    ],
+    out: FolderOption,
     name: Annotated[
         str | None,
         typer.Option(

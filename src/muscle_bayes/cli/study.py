@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, writable_folder, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, FolderOption, JsonOption, write_json
 from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import Preset
 
@@ -26,9 +26,7 @@ def study(
             help="What to do with them.  [default: DIR/study.toml where there is one]",
         ),
     ] = None,
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Where the report goes.")
-    ] = Path("reports"),
+    out: FolderOption = Path("reports"),
     preset: Annotated[Preset, typer.Option(help="How long to compute.")] = Preset.full,
     device: DeviceOption = Device.cpu,
     json: JsonOption = None,

@@ -5,25 +5,24 @@ from typing import Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, writable_folder, write_json
+from muscle_bayes.cli.common import (
+    FolderOption,
+    JsonOption,
+    SchedulerOption,
+    SeedOption,
+    WorkersOption,
+    write_json,
+)
 
 
 def trial(
-    out: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR", callback=writable_folder, help="Where outcomes and numbers go."
-        ),
-    ] = Path("reports/trial"),
+    out: FolderOption = Path("reports/trial"),
     single: Annotated[int, typer.Option(min=0, help="Cases with one effect hidden.")] = 60,
     none: Annotated[int, typer.Option(min=0, help="Cases with nothing hidden.")] = 60,
     outside: Annotated[int, typer.Option(min=0, help="Cases outside the catalogue.")] = 30,
     pair: Annotated[int, typer.Option(min=0, help="Cases with two effects hidden.")] = 30,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
-    ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 2,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = 2,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
