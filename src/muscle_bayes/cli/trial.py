@@ -47,7 +47,7 @@ def trial(
     wanted = {"single": single, "none": none, "outside": outside, "pair": pair}
     chosen = [one for kind, count in wanted.items() for one in cases(kind, count, seed)]  # type: ignore[arg-type]
     if not chosen:
-        raise MuscleBayesError("no case was asked for; ask for at least one of any kind")
+        raise MuscleBayesError("no case was asked for. Fix: ask for at least one of any kind.")
     tasks = trial_tasks(chosen)
     with shown_progress() as report:
         results = run_tasks(

@@ -99,7 +99,7 @@ def discover(
     names = applicable(runs, effects) if candidates is None else list(candidates)
     if present := sorted({*names} & {*effects}):
         raise MuscleBayesError(
-            f"the model has {', '.join(present)} already; name candidates that it does not have"
+            f"the model has {', '.join(present)} already. Fix: name candidates that it does not have."
         )
     report("nominal model", 0, 1)
     with ThreadPoolExecutor(1) as pool:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.twin.effects import make_effect
 from muscle_bayes.twin.rig import ElementKind, Rig
 
@@ -37,8 +37,13 @@ def resolve(rig: Rig, name: str) -> str:
     if len(found) == 1:
         return found[0]
     if found:
-        raise MuscleBayesError(f"parameter {name!r} is ambiguous: say one of {', '.join(found)}")
-    raise MuscleBayesError(f"unknown rig parameter {name!r}; known: {', '.join(known)}")
+        raise MuscleBayesError(
+            f"parameter {name!r} is ambiguous. Fix: choose one of {', '.join(found)}."
+        )
+    raise MuscleBayesError(
+        f"unknown rig parameter {name!r}.{did_you_mean(name, known)} Fix: choose one of "
+        f"{', '.join(known)}."
+    )
 
 
 def override(rig: Rig, values: Mapping[str, Any]) -> Rig:
@@ -53,7 +58,7 @@ def parse_setting(text: str) -> tuple[str, Any]:
     """Name and value from PARAM=VALUE; VALUE as in TOML, words need no quotes."""
     name, separator, value = text.partition("=")
     if not separator or not name.strip():
-        raise MuscleBayesError(f"{text!r} is not PARAM=VALUE")
+        raise MuscleBayesError(f"{text!r} is not PARAM=VALUE. Fix: write it as J=0.0013.")
     try:
         return name.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:

@@ -30,7 +30,9 @@ def plan_runs(
         if not mass >= 0.0:
             raise MuscleBayesError(f"a mass of {mass:g} kg cannot hang from this disc")
     if (protocol == "free") != (stages is not None):
-        raise MuscleBayesError("protocol 'free' and a file of stages belong together")
+        raise MuscleBayesError(
+            "protocol 'free' and a file of stages belong together. Fix: give both, or another protocol."
+        )
     room = rig.fixture.room_temperature
     if protocol == "spring":
         chosen = masses or spring_masses(rig)

@@ -209,16 +209,18 @@ def _recorded(run: Run) -> Record:
 
 def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
     if not runs:
-        raise MuscleBayesError("no runs were given to fit; name at least one CSV file or folder")
+        raise MuscleBayesError("no runs were given to fit. Fix: name at least one log or folder.")
     for regime in REGIMES:
         units = {run.unit for run in runs if regime_of(run) == regime}
         if len(units) > 1:
             raise MuscleBayesError(
                 f"runs that are fitted together log their position in different units "
-                f"({', '.join(sorted(units))}); fit them one unit at a time"
+                f"({', '.join(sorted(units))}). Fix: fit them one unit at a time."
             )
     if len({run.metadata.fixture.motion for run in runs}) > 1:
-        raise MuscleBayesError("rotary and linear rigs cannot be fitted together")
+        raise MuscleBayesError(
+            "rotary and linear rigs cannot be fitted together. Fix: fit them apart."
+        )
     for run in runs:
         position = run.measured == "position"
         if run.metadata.protocol == "spring" and position and moves_at_release(run):
@@ -234,12 +236,12 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
     for name in effects:
         effect_type(name)
     if len(set(effects)) < len(effects):
-        raise MuscleBayesError("an effect was named twice; name each effect once")
+        raise MuscleBayesError("an effect was named twice. Fix: name each effect once.")
     if not any(has_muscle(run) for run in runs):
         for name in effects:
             if effect_type(name).port in MUSCLE_PORTS:
                 raise MuscleBayesError(
-                    f"effect '{name}' acts on a muscle, but no run has one; leave it out or add runs"
+                    f"effect '{name}' acts on a muscle, but no run has one. Fix: leave it out or add runs."
                 )
 
 

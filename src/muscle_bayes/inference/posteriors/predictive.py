@@ -76,8 +76,8 @@ def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, An
     shared = [name for name, shape in problem.layout.shapes if not shape]
     if missing := [name for name in shared if name not in thinned]:
         raise MuscleBayesError(
-            f"the posterior has no {', '.join(missing)}, which these runs need; "
-            "fit runs of their kind as well"
+            f"the posterior has no {', '.join(missing)}, which these runs need. "
+            "Fix: fit runs of their kind as well."
         )
     values = {name: thinned[name] for name in shared}
     scale = posterior.tree.attrs["base_length"] / float(problem.data.base_length)

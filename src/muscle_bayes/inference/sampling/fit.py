@@ -39,7 +39,7 @@ def fixture_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distri
     if given.friction != friction:
         raise MuscleBayesError(
             f"the given posterior has {given.friction} friction, this fit {friction}; "
-            "its D means another thing. Give one of the same friction"
+            "its D means another thing. Fix: give one of the same friction."
         )
     group = given.tree["posterior"]
     logs = {name: np.log(group[name].to_numpy()) for name in ("J", "D") if name in group}

@@ -163,7 +163,7 @@ def function_type(name: str) -> type[Function]:
         signal, low, high = "", 0.0, 0.0
     if port not in PORT_SIGNALS or signal not in SIGNALS or not low < high:
         raise MuscleBayesError(
-            f"effect '{name}' is no function; write {PREFIX}-PORT(SIGNAL:LOW:HIGH) with a port of "
+            f"effect '{name}' is no function. Fix: write {PREFIX}-PORT(SIGNAL:LOW:HIGH) with a port of "
             f"{', '.join(PORT_SIGNALS)} and a signal of {', '.join(SIGNALS)}"
         )
     fields: dict[str, Any] = {

@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.twin.effects.base import Creep, Effect, Follower
 from muscle_bayes.twin.effects.creep import FirstCycleSet, SecondRelaxation
 from muscle_bayes.twin.effects.muscle import (
@@ -52,13 +52,17 @@ EFFECTS: dict[str, type[Effect]] = {
 def make_effect(name: str, **values: float) -> Effect:
     """Effect of that name with those parameters."""
     if name not in EFFECTS:
-        raise MuscleBayesError(f"unknown effect {name!r}; known: {', '.join(sorted(EFFECTS))}")
+        raise MuscleBayesError(
+            f"unknown effect {name!r}.{did_you_mean(name, EFFECTS)} Fix: choose one of "
+            f"{', '.join(sorted(EFFECTS))}."
+        )
     kind = EFFECTS[name]
     known = [field.name for field in fields(kind)]
     for key in values:
         if key not in known:
             raise MuscleBayesError(
-                f"effect {name!r} has no parameter {key!r}; it has: {', '.join(known)}"
+                f"effect {name!r} has no parameter {key!r}.{did_you_mean(key, known)} Fix: choose one of "
+                f"{', '.join(known)}."
             )
     return kind(**values)
 
@@ -75,7 +79,7 @@ def parse_effect(text: str) -> Effect:
             separator = ""
         if not separator:
             raise MuscleBayesError(
-                f"effect {text!r}: {item!r} is not param=value with a number for value"
+                f"effect {text!r}: {item!r} is not param=value. Fix: give a number for value."
             )
     return make_effect(name.strip(), **values)
 
