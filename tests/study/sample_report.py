@@ -33,7 +33,7 @@ def fit() -> dict:
 
 
 def untold() -> dict:
-    return {"directions": ["C up with F down: the data leave 60% of the prior's variance"],
+    return {"directions": ["C up with F down: 60% of the prior's variance remains"],
             "trade_offs": ["H and T: −0.98"]}  # fmt: skip
 
 

@@ -167,7 +167,7 @@ def _direction(names: list[str], ratio: float, move: Values, share: Values) -> D
     ]
     moves = [f"{names[i]} {'up' if move[i] > 0 else 'down'}" for i in chosen]
     together = " with ".join([moves[0], ", ".join(moves[1:])]) if len(moves) > 1 else moves[0]
-    words = f"{together}: the data leave {min(ratio, 1.0):.0%} of the prior's variance"
+    words = f"{together}: {min(ratio, 1.0):.0%} of the prior's variance remains"
     loadings = {names[i]: float(move[i]) for i in order}
     return Direction(ratio, loadings, ratio > UNDETERMINED, words)
 

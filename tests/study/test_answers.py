@@ -1,0 +1,94 @@
+"""The first page's numbers follow their formulas, and its sentences what the stages found."""
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "criticism"))
+from known_cases import posterior_of
+
+from muscle_bayes.study.answers import answers
+from muscle_bayes.study.config import StudyConfig
+from muscle_bayes.study.published import THESIS
+
+VALUES = {
+    "J": 1.2e-3, "D": 5e-3, "A": -1e-5, "B": 0.0, "K_modulus": 186.0, "K_hyst": 400.0,
+    "H": -500.0, "T_hyst_offset": -225.0,
+}  # fmt: skip
+DRIFT = {"slope_difference": {"mean": 0.2, "q05": 0.1, "q95": 0.3}, "unit": "deg"}
+
+
+def results(names, **stages):
+    """Results as the report reads them, of a posterior that is nearly a point."""
+    rng = np.random.default_rng(0)
+    draws = {name: VALUES[name] * (1.0 + 1e-6 * rng.standard_normal(400)) for name in names}
+    muscle = "K_hyst" in names
+    fit = "muscle" if muscle else "fixture-coulomb"
+    roles = SimpleNamespace(fixture=("spring",), muscle=("stairs",) if muscle else ())
+    discovery = {"told": "Nothing is missing.", "steps": [], **stages.pop("discovery", {})}
+    found = {"discovery": discovery, **stages}
+    return SimpleNamespace(
+        plan=SimpleNamespace(config=StudyConfig(), roles=roles, published=THESIS),
+        posteriors={fit: posterior_of(draws, draws)},
+        summaries={fit: {"converged": True, "complaints": []}},
+        units=lambda name: {"J": "kg m^2", "D": "N m"},
+        stages=found,
+        get=found.get,
+        drifts={"saw": DRIFT} if muscle else {},
+    )
+
+
+def test_quantities_follow_their_formulas():
+    rows = {row[0]: row for row in answers(results(VALUES))["table"]["rows"]}
+    assert float(rows["time constant of HYST at 25 °C"][1]) == pytest.approx(250.0, rel=1e-3)
+    assert float(rows["contraction from 25 to 90 °C"][1]) == pytest.approx(7.475, rel=1e-3)
+    assert rows["rotor inertia J"][3:] == ["kg m²", "0.001241", "no"]
+    assert rows["stiffness of the muscle (MODULUS)"][4:] == ["186.0", "yes"]
+
+
+def test_a_rig_without_a_muscle_has_no_rows_of_one():
+    found = answers(results(("J", "D")))
+    assert [row[0] for row in found["table"]["rows"]] == ["rotor inertia J", "friction D"]
+    assert found["drift"] == found["control"] == []
+
+
+def test_what_was_missing_tells_probability_gap_and_creep_before_and_after():
+    step = {"added": "coil-contact", "probability": 0.97, "closed": {"a": 0.8, "b": 0.9, "c": None}}
+    after = {"saw": {"after": {"mean": 0.01, "q05": -0.02, "q95": 0.04}}}
+    found = answers(results(VALUES, discovery={"steps": [step], "drift": after}))
+    told = " ".join(found["missing"])
+    assert "coil-contact was added, with probability 97 %" in told
+    assert "closes 85 % of the gap" in told
+    assert "creeps 0.20 deg/min more" in found["drift"][0]
+    assert "With what was found it is 0.010 deg/min" in found["drift"][0]
+
+
+def test_what_stays_open_leaves_out_what_other_runs_gave():
+    known = {
+        "parameters": {"J": {"contraction": 0.0}, "C": {"contraction": 0.2}},
+        "trade_offs": [["H", "T_hyst_offset", -0.98]],
+        "directions": [],
+    }
+    told = " ".join(
+        answers(results(VALUES, **{"muscle-checks": {"identifiability": known}}))["unknown"]
+    )
+    assert "C (0.20)" in told
+    assert "J (" not in told
+    assert "H with T_hyst_offset" in told
+
+
+def test_gains_say_where_they_fail_and_a_stage_may_answer_itself():
+    row = {
+        "about": "fast sine",
+        "robust": {"runaway": 0.25, "cvar95": 1.0},
+        "point": {"cvar95": 2.0},
+    }
+    gains = {"robust": {"law": "pi", "proportional": 100.0, "integral": 5.0}}
+    told = " ".join(answers(results(VALUES, control={"rows": [row], "gains": gains}))["control"])
+    assert "fast sine" in told
+    assert "25 %" in told
+    own = answers(results(VALUES, control={"answers": ["Use cascade."]}))["control"]
+    assert own == ["Use cascade."]
