@@ -95,7 +95,7 @@ runs = mb.read_runs([folder])
 mb.plot_run(runs[0])
 
 # %% [markdown]
-# Did we get it wrong? Then we are told what, where, and how to mend it. Here is a typing error:
+# Did we get it wrong? The message says what, where, and how to fix it. Here is a typing error:
 
 # %%
 wrong = Path(mkdtemp())

@@ -132,12 +132,12 @@ def print_summary(summary: dict[str, Any]) -> None:
 
     # A file or pipe has no width of its own; numbers must not be cut.
     console = Console(width=None if sys.stdout.isatty() else 120)
-    table = Table("parameter", "mean", "sd", "5 %", "95 %", "R-hat", "bulk ESS")
+    table = Table("parameter", "unit", "mean", "sd", "5 %", "95 %", "R-hat", "bulk ESS")
     for column in table.columns:
         column.overflow = "fold"
     for name, row in summary["parameters"].items():
         numbers = [f"{row[key]:.5g}" for key in ("mean", "sd", "q05", "q95")]
-        table.add_row(name, *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}")
+        table.add_row(name, row["unit"], *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}")
     console.print(table)
     fits = Table("run", "RMSE", "unit", "90 % coverage")
     for name, row in summary["runs"].items():

@@ -82,11 +82,11 @@ class StudyConfig(Table):
 
 
 def read_config(path: Path) -> StudyConfig:
-    """Read STUDY.toml. Raises RunError naming file, key and mend."""
+    """Read STUDY.toml. Raises RunError naming file, key and fix."""
     try:
         return StudyConfig.model_validate(
             parse_toml(read_bytes(path, "the study's settings"), path)
         )
     except ValidationError as error:
-        key, problem, mend = explain(error, StudyConfig)
-        raise RunError.at(path, problem, mend, key=key) from None
+        key, problem, fix = explain(error, StudyConfig)
+        raise RunError.at(path, problem, fix, key=key) from None

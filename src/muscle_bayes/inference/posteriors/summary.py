@@ -12,7 +12,7 @@ from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
 def summarise(posterior: Posterior) -> dict[str, Any]:
-    """Parameters with mean, sd, 5 and 95 % quantiles, R-hat and bulk ESS; and how each run fits.
+    """Parameters with unit, mean, sd, 5 and 95 % quantiles, R-hat and bulk ESS; and how each run fits.
 
     `rmse` is that of the mean model in the run's own `unit`; `coverage90` the share of readings
     inside the central 90 % of the predictive draws. `inertia` of a slow run says by how much its
@@ -27,6 +27,7 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
         values = chosen[name].to_numpy()
         low, high = np.quantile(values, [0.05, 0.95])
         parameters[name] = {
+            "unit": posterior.units[name],
             "mean": float(values.mean()),
             "sd": float(values.std(ddof=1)),
             "q05": float(low),
