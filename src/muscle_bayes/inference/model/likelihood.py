@@ -39,7 +39,7 @@ def _parts(
     return _Parts(
         expected,
         elapsed_time(reading, lane.time, lane.jolted, noise, lane.quantum, regime),
-        reading_variance(noise, lane.weight, lane.coarse, lane.quantum),
+        reading_variance(noise, lane.weight, lane.coarse, lane.quantum) + lane.thermal,
         (lane.weight > 0).astype(lane.reading.dtype),
         lane.jolted,
         prediction.reach,

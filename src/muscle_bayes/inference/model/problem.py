@@ -69,6 +69,10 @@ class Lanes(NamedTuple):
     """Their standard deviations."""
     pivot: Float[Array, "lane 2"]
     """First reading and speed about which the response to them is taken for linear."""
+    heat_variance: Float[Array, "lane interval 2"]
+    """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
+    thermal: Float[Array, "lane interval"]
+    """What that adds to the variance of readings at the mode [log's unit^2]."""
     swing: Float[Array, "lane interval"]
     """What inertia adds to slow motion at the mode [log's unit]; 0 where it is not left out."""
     deceleration: Float[Array, "lane node 2"]
@@ -144,6 +148,7 @@ def _pad(record: Record, size: int) -> Record:
         coarse=zeros(record.coarse),
         jolted=zeros(record.jolted),
         deceleration=last(record.deceleration),
+        heat_variance=last(record.heat_variance),
         imposed=None if record.imposed is None else last(record.imposed),
     )
 
@@ -183,6 +188,8 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         start=start,
         start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
         pivot=start,
+        heat_variance=np.stack([record.heat_variance for record in padded]),
+        thermal=np.zeros((len(padded), size)),
         swing=np.zeros((len(padded), size)),
         deceleration=np.stack([record.deceleration for record in padded]),
         imposed=_imposed(padded),

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.model.temperature_errors import with_temperature_errors
 from muscle_bayes.inference.running.program import Program
 from muscle_bayes.inference.running.programs import solved_at, unconstrained
 from muscle_bayes.physics.plant import Drive
@@ -151,12 +152,13 @@ def without_swings(problem: Problem) -> Problem:
 
 
 def with_swings(problem: Problem, values: Values) -> Problem:
-    """The problem with what inertia adds at these values to every reduced run, and how much that is.
+    """The problem with what inertia adds at these values to every reduced run, and how much that is;
+    and with what errors of the temperature add to the variance of readings.
 
     Slow motion plus a constant is right at `values` and, to first order, near them: what stays is how
     the rotor's swings change with the parameters.
     """
-    problem = without_swings(problem)
+    problem = with_temperature_errors(without_swings(problem), values)
     layout, data = problem.layout, problem.data
     slow = [
         problem.runs[i].name

@@ -83,6 +83,7 @@ def disturbances(
 
     _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T, lanes.jolted.T))
     variance = reading_variance(noise, lanes.weight, lanes.coarse, lanes.quantum[:, None])
+    variance = variance + lanes.thermal
     return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
 
 

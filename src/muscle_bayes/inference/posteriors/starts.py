@@ -110,6 +110,8 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
         weight=lanes.weight[:, between],
         coarse=lanes.coarse[:, between],
         jolted=lanes.jolted[:, between],
+        heat_variance=lanes.heat_variance[:, between],
+        thermal=lanes.thermal[:, between],
         swing=lanes.swing[:, between],
     )
 

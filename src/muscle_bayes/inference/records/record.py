@@ -12,7 +12,7 @@ from scipy.ndimage import maximum_filter1d
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.records.regime import Regime, regime_of
 from muscle_bayes.inference.records.rig import restores
-from muscle_bayes.inference.records.thermometer import course, deceleration
+from muscle_bayes.inference.records.thermometer import course, course_variance, deceleration
 from muscle_bayes.physics.schedule import Schedule
 
 SLOW_INTERVALS = 700
@@ -67,6 +67,8 @@ class Record(NamedTuple):
     """Slope of the first readings [log's unit per s]."""
     deceleration: Float[Array, "node 2"]
     """How heating or cooling of both sides slows down towards a turn [C/s^2]; 0 of fast runs."""
+    heat_variance: Float[Array, "interval 2"]
+    """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
     imposed: Float[Array, " node"] | None = None
     """Coordinate that is imposed at the nodes [rad or m]; None where the plant moves by itself."""
 
@@ -185,6 +187,20 @@ def _jolted(begins: np.ndarray, load: np.ndarray, resolution: float) -> np.ndarr
     return jolted
 
 
+def _heat_variance(run: Run, nodes: np.ndarray) -> Float[np.ndarray, "interval 2"]:
+    """Variance of both sides' temperature in each interval; 0 of a side without a muscle."""
+    meter = run.metadata.thermometer
+    stated = meter is not None and meter.delay is not None
+    sides = []
+    for side in "ab":
+        values = run.table[f"temperature_{side}"].to_numpy()
+        if getattr(run.metadata, f"element_{side}").kind == "muscle":
+            sides.append(course_variance(run.heat_time, values, nodes, delay_is_known=stated))
+        else:
+            sides.append(np.zeros(nodes.size - 1))
+    return np.stack(sides, 1)
+
+
 def slow_record(run: Run) -> Record:
     """Intervals that follow the temperature, cut where the load changes, readings averaged over each."""
     time = run.table["time"].to_numpy()
@@ -205,8 +221,18 @@ def slow_record(run: Run) -> Record:
     schedule = Schedule(nodes, temperature, load, applied)
     slowing = np.stack([deceleration(run.heat_time, one, nodes) for one in logged], 1)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
+    first = float(begin.mean())
     return Record(
-        schedule, middles, mean, weight, coarse, jolted, float(begin.mean()), 0.0, slowing
+        schedule,
+        time=middles,
+        reading=mean,
+        weight=weight,
+        coarse=coarse,
+        jolted=jolted,
+        start_reading=first,
+        start_speed=0.0,
+        deceleration=slowing,
+        heat_variance=_heat_variance(run, nodes),
     )
 
 
@@ -235,6 +261,7 @@ def imposed_record(run: Run) -> Record:
         float(mean[weight > 0][0]),
         0.0,
         np.zeros((nodes.size, 2)),
+        _heat_variance(run, nodes),
         np.interp(nodes, time, run.coordinate),
     )
 
@@ -288,6 +315,7 @@ def fast_record(run: Run) -> Record:
         start_reading=first,
         start_speed=slope,
         deceleration=np.zeros_like(temperature),
+        heat_variance=np.zeros((nodes.size - 1, 2)),
     )
 
 
@@ -313,7 +341,9 @@ def segments(run: Run, record: Record) -> list[Record]:
         weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
         start = float(value), float(slope)
         slowing = record.deceleration[around]
-        result.append(Record(schedule, time, reading, weight, coarse, jolted, *start, slowing))
+        unsure = record.heat_variance[steps]
+        parts = schedule, time, reading, weight, coarse, jolted, *start, slowing, unsure
+        result.append(Record(*parts))
     return result
 
 

@@ -115,3 +115,50 @@ def deceleration(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nda
     slowing = -course(time, values, at).curvature
     size = np.minimum(np.abs(slowing), np.abs(incoming) / WINDOW)
     return np.where(incoming * slowing > 0.0, np.sign(incoming) * size, 0.0)
+
+
+EQUIVALENT = 1.25
+"""Integral of the squared equivalent kernel of local quadratic regression with Epanechnikov weights.
+Source: Fan and Gijbels, Local Polynomial Modelling and Its Applications (1996), table 3.3."""
+LATE_SHARE = 0.1
+"""Standard deviation of a delay that nobody stated, in periods of the meter."""
+MOST_TOGETHER = 4.0
+"""Intervals over which an error lasts count as at most this many."""
+
+
+def meter_noise(time: np.ndarray, values: np.ndarray) -> float:
+    """Standard deviation of one measurement of a thermometer [C]: noise and resolution.
+
+    From third differences of its updates, which a smooth course does not have; at least that of
+    rounding to the finest step between values. 0 of a temperature that never changes.
+    """
+    _, seen = updates(time, values)
+    levels = np.unique(seen)
+    if levels.size < 3:
+        return 0.0
+    rounding = float(np.min(np.diff(levels))) / np.sqrt(12.0)
+    third = np.diff(seen, 3)
+    spread = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0) if third.size else 0.0
+    return max(spread, rounding)
+
+
+def course_variance(
+    time: np.ndarray, values: np.ndarray, nodes: np.ndarray, *, delay_is_known: bool
+) -> Float[np.ndarray, " interval"]:
+    """Variance of `course` in each interval between nodes, as independent from one to the next [C^2].
+
+        var = s^2 R / (m h) + (dT/dt)^2 d^2
+
+    s: `meter_noise`; m: updates a second; h: half width of the window; d: uncertainty of a delay that
+    is not stated. An error lasts for h, over several short intervals: each counts for as many.
+    """
+    when, _ = updates(time, values)
+    if when.size < LEAST_READINGS:
+        return np.zeros(nodes.size - 1)
+    period = float(np.median(np.diff(when)))
+    width = max(WINDOW, 0.5 * LEAST_READINGS * period)
+    smoothed = meter_noise(time, values) ** 2 * EQUIVALENT * period / width
+    late = 0.0 if delay_is_known else LATE_SHARE * period
+    rate = course(time, values, 0.5 * (nodes[1:] + nodes[:-1])).rate
+    together = np.clip(width / np.maximum(np.diff(nodes), 1e-9), 1.0, MOST_TOGETHER)
+    return together * (smoothed + (late * rate) ** 2)
