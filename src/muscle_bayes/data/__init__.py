@@ -20,7 +20,7 @@ from muscle_bayes.data.reader import find_runs, read_run, read_runs
 from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import Sensor
-from muscle_bayes.data.tables import Drive, Fixture, Load, Potentiometer, Thermometer
+from muscle_bayes.data.tables import Drive, Fixture, Heater, Load, Potentiometer, Thermometer
 from muscle_bayes.data.writer import write_run
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "Drive",
     "Element",
     "Fixture",
+    "Heater",
     "Load",
     "LogFormat",
     "Metadata",

@@ -58,6 +58,8 @@ def _has_muscle(run: Run) -> bool:
 def _temperature(run: Run, side: str) -> str:
     if getattr(run.metadata, f"element_{side}").kind != "muscle":
         return ""
+    if run.metadata.is_heated_by_power(side):
+        return ""
     return f"{run.metadata.fixture.room_temperature:g} C throughout (fixture.room_temperature)"
 
 
@@ -134,6 +136,11 @@ def _drive(run: Run, prefix: str) -> str:
     return f"gain and offset {ESTIMATED}" if motor else ""
 
 
+def _heater(run: Run, side: str) -> str:
+    powered = run.metadata.is_heated_by_power(side)
+    return f"heating_rate and cooling_time {ESTIMATED}" if powered else ""
+
+
 def _back_emf(run: Run, prefix: str) -> str:
     return ESTIMATED if run.metadata.drive_unit.kind in ("voltage", "duty") else ""
 
@@ -194,6 +201,15 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.load": "",
     "Columns.load_unit": _where(_names("load"), "kg"),
     "Columns.position": "",
+    "Columns.power_a": "",
+    "Columns.power_b": "",
+    "Columns.power_unit": lambda run, prefix: (
+        "W" if any(run.metadata.is_heated_by_power(side) for side in "ab") else ""
+    ),
+    "Metadata.heater_a": lambda run, prefix: _heater(run, "a"),
+    "Metadata.heater_b": lambda run, prefix: _heater(run, "b"),
+    "Heater.heating_rate": ESTIMATED,
+    "Heater.cooling_time": ESTIMATED,
     "Columns.force": "",
     "Columns.force_unit": lambda run, prefix: run.metadata.force_unit if run.has_force else "",
     "Columns.force_sign": lambda run, prefix: "1" if run.has_force else "",

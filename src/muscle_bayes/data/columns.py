@@ -16,6 +16,7 @@ _UNITS: dict[str, tuple[Kind, ...]] = {
     "position_unit": ("counts", "angle", "length", "angular velocity", "velocity"),
     "temperature_unit": ("temperature",),
     "load_unit": ("mass",),
+    "power_unit": ("power", "current", "voltage", "duty"),
     "force_unit": ("force", "torque"),
     "applied_unit": ("force", "torque", "current", "voltage", "duty"),
 }
@@ -46,6 +47,12 @@ class Columns(Table):
     temperature_b: ColumnName | None = None
     temperature_unit: str | None = None
     """of both; absent = degC"""
+    power_a: ColumnName | None = None
+    """what heats element_a, where no thermometer shows its temperature: power, current, voltage or duty
+    of the heater, which [heater_a] turns into a temperature"""
+    power_b: ColumnName | None = None
+    power_unit: str | None = None
+    """of both; absent = W"""
     load: ColumnName | None = None
     """mass that hangs on the rig, instead of [load]"""
     load_unit: str | None = None

@@ -191,7 +191,7 @@ def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:
         named["time"] = columns.time
     if columns.position is not None:
         named["reading"] = columns.position
-    for key in ("temperature_a", "temperature_b", "load", "force", "applied"):
+    for key in ("temperature_a", "temperature_b", "power_a", "power_b", "load", "force", "applied"):
         if (name := getattr(columns, key)) is not None:
             named[key] = name
     return named

@@ -7,10 +7,20 @@ from pydantic import model_validator
 from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.elements import ArmElement, Element, NoElement, SpringElement, Table
 from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.tables import Drive, Fixture, Load, Potentiometer, Thermometer
-from muscle_bayes.data.units import COUNTS, Unit, drive_kinds, examples, position_kinds, unit_of
+from muscle_bayes.data.tables import Drive, Fixture, Heater, Load, Potentiometer, Thermometer
+from muscle_bayes.data.units import (
+    COUNTS,
+    Kind,
+    Unit,
+    drive_kinds,
+    examples,
+    position_kinds,
+    unit_of,
+)
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
+POWER_KINDS: tuple[Kind, ...] = ("power", "current", "voltage", "duty")
+"""What may heat a muscle."""
 Origin = Literal["synthetic", "measured"]
 Measured = Literal["position", "velocity", "force"]
 
@@ -35,6 +45,8 @@ class Metadata(Table):
     element_b: Element = NoElement()
     load: Load | None = None
     drive: Drive | None = None
+    heater_a: Heater | None = None
+    heater_b: Heater | None = None
 
     @property
     def position_unit(self) -> str:
@@ -56,6 +68,18 @@ class Metadata(Table):
     def measured(self) -> Measured:
         """What the log's position column holds: the coordinate, or its rate."""
         return "velocity" if "velocity" in self.output.kind else "position"
+
+    @property
+    def power_unit(self) -> Unit:
+        """Unit of what heats, with its factor to SI."""
+        stated = None if self.columns is None else self.columns.power_unit
+        unit = unit_of(stated or "W", POWER_KINDS)
+        assert unit is not None, "Metadata guarantees a unit that heats"
+        return unit
+
+    def is_heated_by_power(self, side: str) -> bool:
+        """Whether a side's temperature follows from its heater's power."""
+        return self.columns is not None and getattr(self.columns, f"power_{side}") is not None
 
     @property
     def drive_unit(self) -> Unit:
@@ -91,6 +115,7 @@ class Metadata(Table):
         self._check_columns()
         self._check_load()
         self._check_drive()
+        self._check_heaters()
         for side in ("a", "b"):
             self._check_element(side)
         return self
@@ -131,6 +156,8 @@ class Metadata(Table):
                 "temperature_a",
                 "temperature_b",
                 "load",
+                "power_a",
+                "power_b",
                 "force",
                 "applied",
             ):
@@ -189,6 +216,29 @@ class Metadata(Table):
                 "fixture.disc_radius: missing, the rig is rotary and carries a load; "
                 "add disc_radius in m to [fixture]"
             )
+
+    def _check_heaters(self) -> None:
+        for side in ("a", "b"):
+            powered = self.is_heated_by_power(side)
+            if getattr(self, f"heater_{side}") is not None and not powered:
+                raise ValueError(
+                    f"heater_{side}: given, but no column says what heats it; name "
+                    f"columns.power_{side}, or remove [heater_{side}]"
+                )
+            if not powered:
+                continue
+            if getattr(self, f"element_{side}").kind != "muscle":
+                raise ValueError(
+                    f"columns.power_{side}: heats element_{side}, which is no muscle; remove it"
+                )
+            if (
+                self.columns is not None
+                and getattr(self.columns, f"temperature_{side}") is not None
+            ):
+                raise ValueError(
+                    f"columns.power_{side}: given together with temperature_{side}, which says what "
+                    "the power would; keep the temperature"
+                )
 
     def _check_drive(self) -> None:
         if self.drive is None:

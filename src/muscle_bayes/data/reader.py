@@ -221,7 +221,7 @@ def _repair(
     check_magnitudes(ledger, units, metadata, clock)
     measured = {key: mask for key, mask in blank.items() if key not in HEATER_COLUMNS}
     slower = fill_slow_columns(ledger, measured)
-    for key in ("reading", "force", "applied"):
+    for key in ("reading", "force", "applied", "power_a", "power_b"):
         if key in ledger.columns:
             drop_faulty(ledger, key)
     _refuse_few_rows(ledger)

@@ -78,6 +78,20 @@ class Thermometer(Table):
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 
 
+class Heater(Table):
+    """How a heater warms its muscle: dT/dt = heating_rate u - (T - room_temperature) / cooling_time.
+
+    u: power in W, the square of a current in A or voltage in V, or a duty. A key that is absent is
+    estimated. Of a heated body with a capacity C [J/K] that loses G [W/K]: heating_rate = 1 / C (R / C
+    of a current, 1 / (R C) of a voltage), cooling_time = C / G.
+    """
+
+    heating_rate: Positive | None = None
+    """K/s per W, A^2, V^2 or whole duty"""
+    cooling_time: Positive | None = None
+    """s"""
+
+
 class Drive(Table):
     """How the logged drive u moves the rig: force = gain (u - offset) - back_emf speed.
 

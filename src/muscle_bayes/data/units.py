@@ -22,6 +22,7 @@ Kind = Literal[
     "current",
     "voltage",
     "duty",
+    "power",
 ]
 
 COUNTS: Final = "counts"
@@ -40,6 +41,7 @@ _KINDS: Final[dict[str, Kind]] = {
     "ampere": "current",
     "kilogram * meter ** 2 / ampere / second ** 3": "voltage",
     "dimensionless": "duty",
+    "kilogram * meter ** 2 / second ** 3": "power",
 }
 _ALIASES: Final[dict[Kind, dict[str, str]]] = {
     "time": {
@@ -102,6 +104,7 @@ _COMMON: Final[dict[str, tuple[Kind, float, float]]] = {
     "N*m": ("torque", 1.0, 0.0),
     "A": ("current", 1.0, 0.0),
     "V": ("voltage", 1.0, 0.0),
+    "W": ("power", 1.0, 0.0),
     "duty": ("duty", 1.0, 0.0),
     "percent": ("duty", 0.01, 0.0),
 }
@@ -125,6 +128,7 @@ EXAMPLES: Final[dict[Kind, str]] = {
     "current": "A, mA",
     "voltage": "V, mV",
     "duty": "duty, percent",
+    "power": "W, mW",
 }
 """Units of each kind that messages may show."""
 

@@ -62,6 +62,8 @@ class Scales(NamedTuple):
     """Range of the coordinate [rad or m]."""
     rest: float = 0.0
     """Middle of the coordinate's course [rad or m]."""
+    power: float = 1.0
+    """RMS of the heaters' power, or of what stands for it [its unit]; 1 where none is logged."""
     signal: float = 1.0
     """RMS of the logged drive [its unit]; 1 where there is none."""
 

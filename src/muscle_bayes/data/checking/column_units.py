@@ -6,7 +6,7 @@ from typing import Final
 
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import RawLog
-from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.metadata import POWER_KINDS, Metadata
 from muscle_bayes.data.reading.header import SaidUnit
 from muscle_bayes.data.units import (
     Kind,
@@ -26,6 +26,8 @@ _KEYS: Final = {
     "temperature_b": "temperature_unit",
     "load": "load_unit",
     "force": "force_unit",
+    "power_a": "power_unit",
+    "power_b": "power_unit",
     "applied": "applied_unit",
 }
 _LETTERS: Final[dict[str, str]] = {
@@ -58,7 +60,14 @@ class ColumnUnit:
 def default_unit(key: str, metadata: Metadata) -> str:
     """The unit that a column has where the metadata state none."""
     force = "N" if metadata.fixture.motion == "linear" else "N*m"
-    known = {"time": "s", "load": "kg", "applied": force, "reading": "counts"}
+    known = {
+        "power_a": "W",
+        "power_b": "W",
+        "time": "s",
+        "load": "kg",
+        "applied": force,
+        "reading": "counts",
+    }
     return {**known, "force": metadata.force_unit}.get(key, "degC")
 
 
@@ -68,6 +77,8 @@ def kinds_of(key: str, metadata: Metadata) -> tuple[Kind, ...]:
         "time": ("time",),
         "load": ("mass",),
         "force": ("torque" if metadata.has_torque else "force",),
+        "power_a": POWER_KINDS,
+        "power_b": POWER_KINDS,
         "applied": drive_kinds(metadata.fixture.motion),
         "reading": position_kinds(metadata.fixture.motion),
     }

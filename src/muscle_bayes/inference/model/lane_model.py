@@ -1,6 +1,7 @@
 """What the model says of every lane under given values: the plant, its start, its simulation."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -12,9 +13,10 @@ from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.muscle_prior import completed, first_hyst, muscle_parameters
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout
 from muscle_bayes.inference.records.parts import PLACES
-from muscle_bayes.inference.records.rig import with_parameters
+from muscle_bayes.inference.records.rig import filled, with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
+from muscle_bayes.physics.heater import LoggedTemperature
 from muscle_bayes.physics.imposed import imposed_response
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
@@ -24,6 +26,7 @@ from muscle_bayes.physics.response import (
     quasi_static_response,
     refined_response,
 )
+from muscle_bayes.physics.schedule import Schedule
 
 Values = Mapping[str, Array]
 
@@ -122,6 +125,25 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     return Origin(q, speed, None if force is None else first_hyst(force, values)[lanes.run])
 
 
+def heated(lane: Lanes, parts: Mapping[str, Array]) -> Lanes:
+    """The lane with its heaters' temperatures in its schedules."""
+    heaters = [filled(f"heater_{s}", one, parts) for s, one in zip("ab", lane.heaters, strict=True)]
+
+    def warmed(schedule: Schedule) -> Schedule:
+        sides = [
+            one.temperature(schedule.time, schedule.temperature[:, place])
+            for place, one in enumerate(heaters)
+        ]
+        return replace(schedule, temperature=jnp.stack(sides, axis=1))
+
+    if all(isinstance(one, LoggedTemperature) for one in heaters):
+        return lane
+    fine = lane.fine
+    if fine is not None:
+        fine = fine._replace(schedule=warmed(fine.schedule))
+    return lane._replace(schedule=warmed(lane.schedule), fine=fine)
+
+
 @lru_cache(maxsize=64)
 def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Response]:
     """Response of one lane. One function object per layout: JAX traces it once, wherever it is used."""
@@ -131,6 +153,7 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         plant = plant_of(lane.plant, inputs.physical, layout)
         shown, speed, hyst = inputs.origin
         both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
+        lane = heated(lane, inputs.physical.parts)
         schedule = lane.schedule
         q = plant.located(shown, both, schedule.first)
         if lane.imposed is not None:

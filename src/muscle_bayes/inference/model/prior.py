@@ -13,7 +13,7 @@ from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.model.standardised_normal import standardised
 from muscle_bayes.inference.records.course import course_of
 from muscle_bayes.inference.records.parts import parts_of
-from muscle_bayes.inference.records.record import Record
+from muscle_bayes.inference.records.record import Record, heating
 from muscle_bayes.inference.records.rig import (
     driving_force,
     first_strain,
@@ -49,7 +49,14 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
         tension = UNSTATED_TENSION if muscle else force / max(levers)
     rest = float(np.mean([0.5 * (one.q.max() + one.q.min()) for one in courses]))
     signals = [float((run.table["applied"] ** 2).mean() ** 0.5) for run in runs]
-    return Scales(force, speed, tension, span, rest, max(signals) or 1.0)
+    return Scales(force, speed, tension, span, rest, _power(runs), max(signals) or 1.0)
+
+
+def _power(runs: Sequence[Run]) -> float:
+    """RMS of what heats the runs' muscles; 1 where that is their logged temperature."""
+    powers = [heating(run, side) for run in runs for side in "ab"]
+    sizes = [float(np.sqrt(np.mean(power**2))) for power in powers if power is not None]
+    return max(sizes, default=0.0) or 1.0
 
 
 def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict[str, Site]:

@@ -19,6 +19,7 @@ from muscle_bayes.inference.model.muscle_prior import muscle_sites
 from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.records.open_delay import delay_prior
+from muscle_bayes.inference.records.parts import heaters_of
 from muscle_bayes.inference.records.record import Record, record_of, segments
 from muscle_bayes.inference.records.regime import REGIMES, Regime, regime_of
 from muscle_bayes.inference.records.release import moves_at_release
@@ -26,6 +27,7 @@ from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.heater import Heater
 from muscle_bayes.physics.outputs import Output
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
@@ -46,6 +48,8 @@ class Lanes(NamedTuple):
     """Runs (or segments) of one regime and one plant structure, stacked along a leading axis."""
 
     plant: Plant
+    heaters: tuple[Heater, Heater]
+    """What says the temperatures of sides A and B from what the schedule holds of them."""
     output: Output
     """What the readings are of."""
     schedule: Schedule
@@ -174,6 +178,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
     start = np.array([[record.start_reading, record.start_speed] for record in records])
     return Lanes(
         plant=stacked(*plants),
+        heaters=stacked(*(heaters_of(run.metadata) for run in runs)),
         output=output_of(runs[0]),
         schedule=stacked(*(record.schedule for record in padded)),
         time=np.stack([record.time for record in padded]),
@@ -297,7 +302,8 @@ def pose(
             site_runs[regime] = tuple(run.name for run in own_runs)
         groups: dict[tuple, list[int]] = {}
         for i in members:
-            structure = jax.tree.structure(rig(runs[i].metadata))
+            about = runs[i].metadata
+            structure = jax.tree.structure((rig(about), heaters_of(about)))
             groups.setdefault((structure, len(pieces[i]) > 1), []).append(i)
         for (_, cut), group in groups.items():
             flat = [(i, piece) for i in group for piece in pieces[i]]

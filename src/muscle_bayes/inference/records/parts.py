@@ -6,6 +6,7 @@ import jax.numpy as jnp
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data import elements as described
+from muscle_bayes.data import tables
 from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.physics.actuators import (
     Actuator,
@@ -23,11 +24,12 @@ from muscle_bayes.physics.elements import (
     Spring,
     TorsionSpring,
 )
+from muscle_bayes.physics.heater import HeatedBody, Heater, LoggedTemperature
 from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.unknown import UNKNOWN, Part
 
-PLACES = ("element_a", "element_b", "drive")
+PLACES = ("element_a", "element_b", "drive", "heater_a", "heater_b")
 """Tables of the metadata that describe parts with parameters."""
 _UNKNOWN_MUSCLE = MuscleParameters(*([jnp.nan] * 9))
 _MOTORS: dict[str, type[CurrentDrive | ScaledForce]] = {
@@ -125,10 +127,24 @@ def element_of(metadata: Metadata, side: str) -> Element:
     return _element(getattr(metadata, f"element_{side}"), metadata, side)
 
 
+def heaters_of(metadata: Metadata) -> tuple[Heater, Heater]:
+    """What says the temperatures of sides A and B."""
+
+    def of(side: str) -> Heater:
+        if not metadata.is_heated_by_power(side):
+            return LoggedTemperature()
+        table = getattr(metadata, f"heater_{side}") or tables.Heater()
+        known = _or_unknown(table.heating_rate), _or_unknown(table.cooling_time)
+        return HeatedBody(*known, room=metadata.fixture.room_temperature)
+
+    return of("a"), of("b")
+
+
 def parts_of(metadata: Metadata) -> dict[str, Part]:
     """The parts of a run's plant by the table of the metadata that describes them."""
     return {
         "element_a": element_of(metadata, "a"),
         "element_b": element_of(metadata, "b"),
         "drive": actuator_of(metadata),
+        **dict(zip(("heater_a", "heater_b"), heaters_of(metadata), strict=True)),
     }

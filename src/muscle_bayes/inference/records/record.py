@@ -116,6 +116,36 @@ def _start(run: Run) -> tuple[float, float]:
     return float(reading[0]), float(slope)
 
 
+def heating(run: Run, side: str) -> np.ndarray | None:
+    """What heats a side, in each row: its power, or what that is proportional to; None: a thermometer
+    shows the temperature."""
+    if not run.metadata.is_heated_by_power(side):
+        return None
+    logged = run.table[f"power_{side}"].to_numpy()
+    return logged**2 if run.metadata.power_unit.kind in ("current", "voltage") else logged
+
+
+def _heat_at(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
+    """A side's temperature at the nodes [C]; of a side that power heats, that, its energy kept."""
+    power, time = heating(run, side), run.table["time"].to_numpy()
+    if power is None:
+        return course(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), nodes).value
+    energy = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
+    ends = np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
+    return np.diff(np.interp(ends, time, energy)) / np.diff(ends)
+
+
+def _bend(run: Run, side: str, even: np.ndarray) -> np.ndarray:
+    """Second derivative of a side's temperature at even times [C/s^2]."""
+    power = heating(run, side)
+    if power is None:
+        logged = run.table[f"temperature_{side}"].to_numpy()
+        return course(run.heat_time, logged, even).curvature
+    # What heats turns into a temperature that is not known yet: of the order of 1 C/s.
+    size = max(float(np.sqrt(np.mean(power**2))), 1e-30)
+    return np.gradient(np.interp(even, run.table["time"].to_numpy(), power) / size, even)
+
+
 def _slow_nodes(run: Run) -> np.ndarray:
     """Nodes such that temperature is linear between them to TEMPERATURE_TOLERANCE.
 
@@ -127,7 +157,7 @@ def _slow_nodes(run: Run) -> np.ndarray:
     even = np.linspace(0.0, run.duration, int(np.ceil(run.duration / CURVATURE_SPAN)) + 1)
     bend = np.zeros(even.size)
     for side in "ab":
-        second = course(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), even).curvature
+        second = _bend(run, side, even)
         # A bend is felt before and after the point at which it is measured.
         bend = np.maximum(bend, maximum_filter1d(np.abs(second), 5))
     wanted = np.sqrt(8.0 * TEMPERATURE_TOLERANCE / np.maximum(bend, 1e-12))
@@ -187,6 +217,12 @@ def _jolted(begins: np.ndarray, load: np.ndarray, resolution: float) -> np.ndarr
     return jolted
 
 
+def _slowing(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
+    if heating(run, side) is not None:
+        return np.zeros(nodes.size)
+    return deceleration(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), nodes)
+
+
 def _heat_variance(run: Run, nodes: np.ndarray) -> Float[np.ndarray, "interval 2"]:
     """Variance of both sides' temperature in each interval; 0 of a side without a muscle."""
     meter = run.metadata.thermometer
@@ -194,7 +230,8 @@ def _heat_variance(run: Run, nodes: np.ndarray) -> Float[np.ndarray, "interval 2
     sides = []
     for side in "ab":
         values = run.table[f"temperature_{side}"].to_numpy()
-        if getattr(run.metadata, f"element_{side}").kind == "muscle":
+        muscle = getattr(run.metadata, f"element_{side}").kind == "muscle"
+        if muscle and heating(run, side) is None:
             sides.append(course_variance(run.heat_time, values, nodes, delay_is_known=stated))
         else:
             sides.append(np.zeros(nodes.size - 1))
@@ -209,8 +246,7 @@ def slow_record(run: Run) -> Record:
     nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *_pauses(time)]))
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
-    logged = [run.table[f"temperature_{side}"].to_numpy() for side in "ab"]
-    temperature = np.stack([course(run.heat_time, one, nodes).value for one in logged], 1)
+    temperature = np.stack([_heat_at(run, side, nodes) for side in "ab"], 1)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     applied = _means(run.table["applied"].to_numpy(), owner, size)
@@ -219,7 +255,7 @@ def slow_record(run: Run) -> Record:
     mean = _centred(mean_time, mean, weight, coarse, middles)
     jolted = _jolted(nodes[:-1], load, run.output_sensor.resolution)
     schedule = Schedule(nodes, temperature, load, applied)
-    slowing = np.stack([deceleration(run.heat_time, one, nodes) for one in logged], 1)
+    slowing = np.stack([_slowing(run, side, nodes) for side in "ab"], 1)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
     first = float(begin.mean())
     return Record(
@@ -249,10 +285,10 @@ def imposed_record(run: Run) -> Record:
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     mean = _centred(mean_time, mean, weight, coarse, middles)
-    heat = [course(run.heat_time, run.table[f"temperature_{s}"].to_numpy(), nodes) for s in "ab"]
+    heat = np.stack([_heat_at(run, side, nodes) for side in "ab"], 1)
     nothing = np.zeros(size)
     return Record(
-        Schedule(nodes, np.stack([one.value for one in heat], 1), nothing, nothing),
+        Schedule(nodes, heat, nothing, nothing),
         middles,
         mean,
         weight,

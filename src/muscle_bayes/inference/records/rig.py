@@ -11,7 +11,7 @@ from jaxtyping import Array
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.run import Run
-from muscle_bayes.inference.records.parts import PLACES, parts_of
+from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.physics.elements import Arm, Element, Instant, Muscle, NoElement
 from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -45,7 +45,13 @@ def rig(metadata: Metadata) -> Plant:
 
 def parts_in(plant: Plant) -> dict[str, Part]:
     """The parts of a plant by the tables of the metadata that describe them."""
-    return dict(zip(PLACES, (plant.side_a, plant.side_b, plant.actuator), strict=True))
+    return {"element_a": plant.side_a, "element_b": plant.side_b, "drive": plant.actuator}
+
+
+def filled[P: Part](place: str, part: P, values: Mapping[str, Array]) -> P:
+    """A part with the values of its unknowns, which go by "table.key"."""
+    own = {key: values[name] for key in part.unknowns if (name := f"{place}.{key}") in values}
+    return part.filled(own) if own else part
 
 
 def with_parameters(
@@ -68,8 +74,7 @@ def with_parameters(
     def fill(place: str, part: Part) -> Part:
         if isinstance(part, Muscle) and muscle is not None:
             return dataclasses.replace(part, parameters=muscle)
-        own = {key: values[name] for key in part.unknowns if (name := f"{place}.{key}") in values}
-        return part.filled(own) if own else part
+        return filled(place, part, values)
 
     side_a, side_b, actuator = (fill(place, part) for place, part in parts_in(plant).items())
     return dataclasses.replace(
