@@ -44,8 +44,8 @@ class Run:
     `table` holds float64 columns: time [s after the first row kept, rising], reading [in the log's
     own unit, as logged], temperature_a, temperature_b [C], setpoint_a, setpoint_b [C, NaN where
     the log has none], load [kg], applied [N m, N, A, V or duty, see
-    metadata.drive_unit; 0 where none], force [as logged], power_a, power_b [W, A, V or duty], NaN
-    where the log has none, duty_a, duty_b [of 255], faults [bits] and fan [0 or 1], NaN where the log does not tell.
+    metadata.drive_unit; 0 where none], force [as logged], power_a, power_b [W, A, V or duty],
+    duty_a, duty_b [of 255], faults [bits] and fan [0 or 1], NaN where the log does not tell.
     """
 
     name: str
