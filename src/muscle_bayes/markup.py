@@ -1,8 +1,16 @@
 """Small tables for notebooks and terminals."""
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 from math import floor, log10
+
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def unit_of(text: str) -> str:
+    """A unit as it is set: powers raised."""
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(RAISED), text)
 
 
 def html_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

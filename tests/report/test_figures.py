@@ -17,7 +17,7 @@ from muscle_bayes.report.style import save
 
 def texts(fig):
     """All words of titles, labels and legends."""
-    parts = [fig.get_suptitle(), *(text.get_text() for text in fig.texts)]
+    parts = [fig.get_suptitle(), fig.get_supxlabel(), *(text.get_text() for text in fig.texts)]
     legends = list(fig.legends)
     for axis in fig.axes:
         parts += [axis.get_title(loc="left"), axis.get_xlabel(), axis.get_ylabel()]

@@ -130,6 +130,8 @@ def print_summary(summary: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from muscle_bayes.markup import unit_of
+
     # A file or pipe has no width of its own; numbers must not be cut.
     console = Console(width=None if sys.stdout.isatty() else 120)
     table = Table("parameter", "unit", "mean", "sd", "5 %", "95 %", "R-hat", "bulk ESS")
@@ -137,7 +139,9 @@ def print_summary(summary: dict[str, Any]) -> None:
         column.overflow = "fold"
     for name, row in summary["parameters"].items():
         numbers = [f"{row[key]:.5g}" for key in ("mean", "sd", "q05", "q95")]
-        table.add_row(name, row["unit"], *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}")
+        table.add_row(
+            name, unit_of(row["unit"]), *numbers, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}"
+        )
     console.print(table)
     fits = Table("run", "RMSE", "unit", "90 % coverage")
     for name, row in summary["runs"].items():

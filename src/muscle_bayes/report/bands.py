@@ -24,8 +24,5 @@ def draw_bands(axis: Axes, time: Values, draws: Values, told: str) -> None:
 
 def mark_origin(fig: Figure, origin: str) -> None:
     """Say in the lower right corner that data are synthetic, where they are."""
-    if "synthetic" in origin.lower() and not any(one.get_gid() == "origin" for one in fig.texts):
-        fig.text(
-            0.998, 0.002, "Synthetic data", ha="right", va="bottom", fontsize=7, color=GREY,
-            gid="origin",
-        )  # fmt: skip
+    if "synthetic" in origin.lower():
+        fig.supxlabel("Synthetic data", x=0.998, ha="right", fontsize=7, color=GREY)

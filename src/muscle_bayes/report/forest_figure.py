@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.markup import unit_of
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
@@ -65,7 +66,9 @@ def _dress(axis: Axes, name: str, posteriors: Mapping[str, Posterior], mark: flo
             unit = str(one.tree["posterior"][name].attrs.get("units", ""))
     axis.set_yticks(range(len(posteriors)), list(posteriors), fontsize=7)
     axis.set_ylim(len(posteriors) - 0.5, -0.5)
-    axis.set_title(f"{name} [{unit or MUSCLE_UNITS.get(name, '1')}]", fontsize=8, color=BLACK)
+    axis.set_title(
+        f"{name} [{unit_of(unit or MUSCLE_UNITS.get(name, '1'))}]", fontsize=8, color=BLACK
+    )
     axis.locator_params(axis="x", nbins=5)
     axis.grid(visible=False, axis="y")
     low, high = axis.get_xlim()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.markup import unit_of
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
@@ -138,12 +139,15 @@ def _frame(axis: Axes, labels: tuple[str, str], place: tuple[int, int], size: in
     axis.locator_params(nbins=2 if size > 4 else 3)
     axis.grid(visible=False)
     if row == size - 1:
-        axis.set_xlabel(labels[0], fontsize=7)
+        many = size > 4  # labels lie side by side, or would cover each other
+        style: Any = {"rotation": 60, "ha": "right", "va": "top"} if many else {}
+        axis.set_xlabel(labels[0].replace("\n", " ") if many else labels[0], fontsize=7, **style)
         axis.tick_params(axis="x", labelrotation=60)
     else:
         axis.tick_params(labelbottom=False)
     if column == 0 and row > 0:
-        axis.set_ylabel(labels[1], fontsize=7)
+        upright: Any = {"rotation": 0, "ha": "right", "va": "center"} if size > 4 else {}
+        axis.set_ylabel(labels[1], fontsize=7, **upright)
     else:
         axis.tick_params(labelleft=False)
     axis.spines["right"].set(visible=column < row, color=GREY, linewidth=0.4)
@@ -158,4 +162,4 @@ def _power(values: Values) -> int:
 def _label(group: Any, name: str, power: int) -> str:
     unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "1")
     factor = f"$10^{{{power}}}$ " if power else ""
-    return f"{name}\n[{factor}{unit}]"
+    return f"{name}\n[{factor}{unit_of(unit)}]"

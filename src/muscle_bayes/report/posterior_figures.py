@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.markup import unit_of
 from muscle_bayes.report.bands import mark_origin
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
@@ -139,4 +140,4 @@ def _marginal(
     axis.set_ylim(bottom=0.0)
     axis.set_yticks([])
     axis.locator_params(axis="x", nbins=4)
-    axis.set_xlabel(f"{name} [{unit}]")
+    axis.set_xlabel(f"{name} [{unit_of(unit)}]")

@@ -6,7 +6,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from muscle_bayes.study.numbers import interval, number, percent, unit_of
+from muscle_bayes.markup import unit_of
+from muscle_bayes.study.numbers import interval, number, percent
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
 from muscle_bayes.study.tables import Table, table

@@ -1,10 +1,10 @@
 """Numbers as a reader wants them."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+from muscle_bayes.markup import RAISED
+
 MINUS = "−"
 
 
@@ -20,17 +20,12 @@ def number(value: float | None, digits: int = 4) -> str:
         text = text if "e" not in text else f"{value:.0f}"
         return text.replace("-", MINUS)
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa}·10{str(int(exponent)).translate(_RAISED)}".replace("-", MINUS)
+    return f"{mantissa}·10{str(int(exponent)).translate(RAISED)}".replace("-", MINUS)
 
 
 def interval(row: Mapping[str, Any], digits: int = 4) -> str:
     """The central 90 %."""
     return f"{number(row['q05'], digits)} to {number(row['q95'], digits)}"
-
-
-def unit_of(text: str) -> str:
-    """A unit as it is set: powers raised."""
-    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), text)
 
 
 def percent(share: float) -> str:

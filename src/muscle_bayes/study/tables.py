@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from muscle_bayes.markup import unit_of
 from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.study.config import Published
-from muscle_bayes.study.numbers import interval, number, percent, unit_of
+from muscle_bayes.study.numbers import interval, number, percent
 from muscle_bayes.study.words import agrees
 
 Numbers = Mapping[str, Any]

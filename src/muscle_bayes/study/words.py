@@ -57,14 +57,6 @@ def friction(found: Numbers) -> str:
     return text + f"These runs prefer {found['better']} friction."
 
 
-def prediction(name: str, check: Numbers) -> str:
-    """How a run that was not fitted is predicted."""
-    return (
-        f"Run {name} was not fitted. It is predicted to {number(check['rmse'], 3)} {check['unit']} RMS; "
-        f"{percent(check['coverage90'])} of its readings lie in the predictions' central 90 %."
-    )
-
-
 def creep(name: str, found: Numbers) -> str:
     """Whether a run creeps while cold by more than the model says."""
     overall = found["slope_difference"]
