@@ -43,7 +43,7 @@ struct queue {
 };
 
 /* Pins of port B: a clock, a data line that all chips share, and each thermometer's select. */
-enum { PIN_CLOCK = 0, PIN_DATA = 1, PIN_SELECT = 2, PIN_ENCODER = 2, PIN_FAN = 7 };
+enum { PIN_CLOCK = 0, PIN_DATA = 1, PIN_SELECT = 2, PIN_ENCODER = 2, PIN_STRAP = 4, PIN_FAN = 7 };
 #define LOAD_BITS 24
 #define LOAD_PERIOD 1600000u        /* an HX711 converts ten times a second */
 #define ENCODER_STEP 800u           /* cycles between two edges at most: 20,000 a second */
@@ -68,6 +68,7 @@ struct bridge {
     struct load_cell load;
     int64_t encoder, encoder_wanted;
     uint64_t encoder_next;
+    bool began;                     /* the firmware has set its ports up */
     uint8_t outside_mask[2], outside[2];    /* levels put on pins of ports B and D */
     elf_firmware_t firmware;
     avr_irq_t *uart_input;
@@ -203,10 +204,29 @@ static void select_moves(avr_irq_t *irq, uint32_t value, void *param)
     put_data(b);
 }
 
+/* After a reset simavr remembers the pins' levels, but the registers in which they are read do not. */
+static void level_again(struct bridge *b)
+{
+    for (int port = 0; port < 2; port++) {
+        avr_irq_t *pins = avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ("BD"[port]), 0);
+        for (int pin = 0; pin < 8; pin++) {
+            pins[pin].value = 0;
+            if (b->outside_mask[port] >> pin & 1) {
+                avr_raise_irq(pins + pin, b->outside[port] >> pin & 1);
+            }
+        }
+    }
+}
+
 /* What happens at the chips by itself. */
 static void pass(struct bridge *b)
 {
     uint64_t now = b->avr->cycle;
+    bool began = b->avr->data[REG_PORTD] >> PIN_STRAP & 1;
+    if (b->began && !began) {
+        level_again(b);
+    }
+    b->began = began;
     if (b->load.there && !b->load.ready && now >= b->load.next) {
         b->load.ready = true;
         b->load.pulses = 0;
