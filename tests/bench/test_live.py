@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from muscle_bayes.bench.recording.live import TerminalView, clock, panel
+from muscle_bayes.bench.recording.live import Moment, TerminalView, clock, panel, trace
 from muscle_bayes.bench.recording.status import ChannelStatus, Status
 
 STATUS = Status(
@@ -81,3 +81,16 @@ def test_clock():
         "1:00:00",
         "10:01:01",
     ]
+
+
+def test_a_trace_reaches_from_lowest_to_highest():
+    assert trace([1.0, 2.0, None, 3.0, 8.0]) == "▁▂ ▃█"
+    assert trace([5.0, 5.0]) == "▁▁"
+    assert trace([]) == ""
+
+
+def test_the_panel_shows_traces():
+    moments = [Moment(float(n), -0.01 * n, (25.0 + n, None)) for n in range(1, 31)]
+    text = shown(panel(STATUS, moments))
+    assert "-17.2 to -0.6 deg" in text
+    assert "26.0 to 55.0 C" in text

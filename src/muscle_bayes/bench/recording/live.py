@@ -1,10 +1,12 @@
 """The view in the terminal."""
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from math import degrees
 from types import TracebackType
-from typing import Self
+from typing import Final, Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -15,6 +17,23 @@ from rich.text import Text
 from muscle_bayes.bench.recording.status import ChannelStatus, Status
 
 _BAR = 20
+_BLOCKS: Final = "▁▂▃▄▅▆▇█"
+TRACE: Final = 60
+"""Moments that a trace shows."""
+TRACE_STEP: Final = 2.0
+"""s between them."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a trace shows of one status."""
+
+    time: float
+    """s"""
+    angle: float | None
+    """rad"""
+    temperatures: tuple[float | None, ...]
+    """C"""
 
 
 class TerminalView:
@@ -25,6 +44,7 @@ class TerminalView:
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._question = ""
         self._said: tuple[str, ...] = ()
+        self._history: deque[Moment] = deque(maxlen=TRACE)
 
     def __enter__(self) -> Self:
         if self._console.is_terminal:
@@ -56,9 +76,20 @@ class TerminalView:
         self._say((question,) if question else ())
 
     def show(self, status: Status) -> None:
-        self._draw(panel(status))
+        self._remember(status)
+        self._draw(panel(status, self._history))
         said = (*status.troubles, *filter(None, (status.question, status.faults)))
         self._say(said)
+
+    def _remember(self, status: Status) -> None:
+        """Keep one status a second, for the traces."""
+        if status.time is None or (self._history and status.time < self._history[-1].time):
+            self._history.clear()
+        if status.time is not None and (
+            not self._history or status.time - self._history[-1].time >= TRACE_STEP
+        ):
+            temperatures = tuple(channel.temperature for channel in status.channels)
+            self._history.append(Moment(status.time, status.angle, temperatures))
 
     def _draw(self, shown: RenderableType) -> None:
         if self._console.is_terminal:
@@ -75,9 +106,11 @@ class TerminalView:
         self._said = said
 
 
-def panel(status: Status) -> RenderableType:
-    """A status as rich draws it."""
+def panel(status: Status, history: Iterable[Moment] = ()) -> RenderableType:
+    """A status as rich draws it, over traces of the moments before."""
     parts: list[RenderableType] = [_facts(status), _channels(status.channels)]
+    if moments := list(history):
+        parts.append(_traces(moments))
     for text in status.troubles:
         parts.append(Text(f"heaters off: {text}", style="bold red"))
     if status.faults:
@@ -95,8 +128,34 @@ def _facts(status: Status) -> Table:
     table.add_row("time", f"{time}, about {clock(status.time_to_go)} to go")
     table.add_row("stage", f"{status.stage_number} of {status.stages}: {status.stage}")
     table.add_row("angle", f"{angle} ({counts}), load {1000 * status.load:g} g")
-    table.add_row("rows", f"{status.rows}, {status.lost} lost, {status.resets} resets")
+    fan = ", fan on" if status.fan else ""
+    table.add_row("rows", f"{status.rows}, {status.lost} lost, {status.resets} resets{fan}")
     return table
+
+
+def _traces(moments: list[Moment]) -> Table:
+    """Angle and temperatures over the last minutes, each from its lowest to its highest."""
+    table = Table.grid(padding=(0, 2))
+    angles = [None if m.angle is None else degrees(m.angle) for m in moments]
+    columns = [("angle", angles, "deg")]
+    for place, side in enumerate("AB"):
+        columns.append((side, [m.temperatures[place] for m in moments], "C"))
+    for name, values, unit in columns:
+        known = [value for value in values if value is not None]
+        if len(known) > 1:
+            span = f"{min(known):.1f} to {max(known):.1f} {unit}"
+            table.add_row(name, Text(trace(values), style="cyan"), span)
+    return table
+
+
+def trace(values: Sequence[float | None]) -> str:
+    """Values as a line of blocks from their lowest to their highest; a gap where one is None."""
+    known = [value for value in values if value is not None]
+    low, high = min(known, default=0.0), max(known, default=0.0)
+    scale = (len(_BLOCKS) - 1) / (high - low) if high > low else 0.0
+    return "".join(
+        " " if value is None else _BLOCKS[round(scale * (value - low))] for value in values
+    )
 
 
 def _channels(channels: tuple[ChannelStatus, ...]) -> Table:

@@ -289,7 +289,13 @@ class Recorder:
             return "all stages done"
         self._heating.aim(stage)
         self._guard.fan = stage.fan
-        self._tell("stage", number=self._course.number, what=describe(stage), note=stage.note)
+        self._tell(
+            "stage",
+            number=self._course.number,
+            what=describe(stage),
+            note=stage.note,
+            to_go=round(self._time_to_go(now), 1),
+        )
         if self._course.waiting:
             assert stage.load is not None
             self._asked_since = now
@@ -345,10 +351,14 @@ class Recorder:
         time = None if origin is None else round(now - origin, 3)
         self._file.event(kind, time=time, clock=round(now - self._begun, 3), **facts)
 
+    def _time_to_go(self, now: float) -> float:
+        """Rough s until the end."""
+        hottest = self._heating.hottest
+        return self._course.time_to_go(now, hottest if isfinite(hottest) else 25.0)
+
     def _status(self, now: float) -> Status:
         course, newest, stage = self._course, self._stream.newest, self._course.stage
         board = self._devices.heater.device
-        hottest = self._heating.hottest
         return Status(
             name=self._file.name,
             time=None if self._rows.origin is None else self._rows.time,
@@ -360,12 +370,13 @@ class Recorder:
             stage="" if stage is None else describe(stage),
             stage_number=course.number,
             stages=course.total,
-            time_to_go=course.time_to_go(now, hottest if isfinite(hottest) else 25.0),
+            time_to_go=self._time_to_go(now),
             question=course.question,
             troubles=self._guard.troubles,
             faults=explain(board.faults) if board is not None and board.faults else "",
             lost=self._stream.counts.lost,
             resets=self._stream.counts.resets,
+            fan=board is not None and bool(board.fan),
         )
 
 

@@ -45,6 +45,7 @@ class Status:
     faults: str
     lost: int
     resets: int
+    fan: bool = False
 
 
 def channel_status(channel: Channel) -> ChannelStatus:

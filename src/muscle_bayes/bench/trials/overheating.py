@@ -12,9 +12,12 @@ import numpy as np
 
 from muscle_bayes.bench.boards.protocol import Decoder, Reply, ResetCause, encode, read_answer
 from muscle_bayes.bench.heat.room import RoomError
+from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.chips import BoardThermometers
+from muscle_bayes.bench.trials import lies
 from muscle_bayes.bench.trials.host import HeatingHost
+from muscle_bayes.bench.trials.lies import Shown
 from muscle_bayes.twin.heater import HeaterTube
 from muscle_bayes.twin.rig import Rig
 
@@ -26,9 +29,6 @@ _FOR_GOOD: Final = 15.0
 """s without heat after which a board will give none any more."""
 COMMAND_EVERY: Final = 0.1
 """s between commands of the host without judgement."""
-
-Shown = Callable[[float, tuple[float, float]], tuple[float, float]]
-"""Time [s] and true temperatures -> what is reported [C]."""
 
 
 class TubesOnly:
@@ -91,15 +91,15 @@ class Trial:
     name: str
     heat: Callable[[SimulatedBench, np.random.Generator, float], str]
     """heats for a time [s]; says why the host has stopped, if it has"""
+    sensors: tuple[str, ...] = ()
+    """that the boards are wired to, besides potentiometer and meter"""
 
 
-def run(
-    trial: Trial, seed: int = 0, watched: float = WATCHED, sensors: Sequence[str] = ()
-) -> Outcome:
-    """Try it on a calibrated board that is wired to these sensors, and watch both tubes."""
+def run(trial: Trial, seed: int = 0, watched: float = WATCHED) -> Outcome:
+    """Try it on a calibrated board and watch both tubes."""
     random = np.random.default_rng([seed, *trial.name.encode()])
     plant = TubesOnly()
-    with SimulatedBench(plant, seed, sensors=sensors) as bench:
+    with SimulatedBench(plant, seed, sensors=trial.sensors) as bench:
         peak, last_on = 0.0, 0.0
 
         def watch(milliseconds: int) -> None:
@@ -130,32 +130,6 @@ def _faults(bench: SimulatedBench) -> int:
 # A host that heats whatever it is told.
 
 
-def _stuck(time: float, true: tuple[float, float]) -> tuple[float, float]:
-    return 25.0, 25.0
-
-
-def _flickering(time: float, true: tuple[float, float]) -> tuple[float, float]:
-    shown = 25.0 + 0.1 * (round(time / 0.4) % 2)
-    return shown, shown
-
-
-def _falling(time: float, true: tuple[float, float]) -> tuple[float, float]:
-    shown = max(25.0 - 0.1 * time, 15.0)
-    return shown, shown
-
-
-def _share(share: float) -> Shown:
-    def shown(time: float, true: tuple[float, float]) -> tuple[float, float]:
-        first, second = (25.0 + share * (t - 25.0) for t in true)
-        return first, second
-
-    return shown
-
-
-def _swapped(time: float, true: tuple[float, float]) -> tuple[float, float]:
-    return true[1], true[0]
-
-
 def _blind(
     duty: int, shown: Shown, pause_every: float = 0.0, pause: float = 0.0, clear: bool = False
 ) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
@@ -164,10 +138,14 @@ def _blind(
     def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
         off_for_good = _watch_for_the_end(bench)
         begun = bench.clock.now()
-        bench.clock.sleep(0.05)
+        own = bench.own_thermometers
+        if own:
+            bench.thermometers.shows = lambda time, true: shown(time - begun, true)
+        bench.clock.sleep(0.5 if own else 0.05)
         number = 0
         while (now := bench.clock.now() - begun) < watched and not off_for_good():
-            temperatures = [round(10 * t) for t in shown(now, bench.plant.temperatures())]
+            told = shown(now, bench.plant.temperatures())
+            temperatures = [None if own else round(10 * t) for t in told]
             bench.heater_board.write(encode(number % 65536, "DUTY", duty, 0, *temperatures))
             if clear:
                 bench.heater_board.write(encode((number + 1) % 65536, "CLEAR"))
@@ -185,15 +163,15 @@ def _blind(
 
 
 def _blind_with_resets(
-    cause: ResetCause,
+    cause: ResetCause, between: tuple[float, float] = (2.0, 6.0)
 ) -> Callable[[SimulatedBench, np.random.Generator, float], str]:
-    """As that, and the board is reset every few seconds, before it can notice."""
-    part = _blind(255, _stuck)
+    """As that, and the board is reset again and again [s], before it can notice."""
+    part = _blind(255, lies.stuck)
 
     def heat(bench: SimulatedBench, random: np.random.Generator, watched: float) -> str:
         end = bench.clock.now() + watched
         while bench.clock.now() < end:
-            part(bench, random, float(random.uniform(2.0, 6.0)))
+            part(bench, random, float(random.uniform(*between)))
             bench.heater.reset(cause)
             bench.clock.sleep(0.1)
         return ""
@@ -279,10 +257,6 @@ def _shows(change: Shown) -> Callable[[SimulatedBench, np.random.Generator], Non
     return strike
 
 
-def _fahrenheit(time: float, true: tuple[float, float]) -> tuple[float, float]:
-    return 1.8 * true[0] + 32.0, 1.8 * true[1] + 32.0
-
-
 def _freeze(bench: SimulatedBench, random: np.random.Generator) -> None:
     bench.thermometers.frozen = True
 
@@ -295,29 +269,51 @@ def _garble(bench: SimulatedBench, random: np.random.Generator) -> None:
 
 
 TRIALS: Final[tuple[Trial, ...]] = (
-    Trial("board: stuck at 25.0 C, full duty", _blind(255, _stuck)),
-    Trial("board: stuck, 30 ms pause every 6 s", _blind(255, _stuck, 6.0, 0.03)),
-    Trial("board: stuck, pause every 0.3 s", _blind(255, _stuck, 0.3, 0.03)),
-    Trial("board: flickers by 0.1 C, full duty", _blind(255, _flickering)),
-    Trial("board: readings fall, full duty", _blind(255, _falling)),
-    Trial("board: stuck, half duty", _blind(127, _stuck)),
-    Trial("board: stuck, duty 110", _blind(110, _stuck)),
-    Trial("board: shows 40 % of the rise, full duty", _blind(255, _share(0.4))),
-    Trial("board: shows 40 % of the rise, half duty", _blind(127, _share(0.4))),
-    Trial("board: thermocouples swapped, full duty", _blind(255, _swapped)),
-    Trial("board: stuck, faults cleared each time", _blind(255, _stuck, clear=True)),
+    Trial("board: stuck at 25.0 C, full duty", _blind(255, lies.stuck)),
+    Trial("board: stuck, 30 ms pause every 6 s", _blind(255, lies.stuck, 6.0, 0.03)),
+    Trial("board: stuck, pause every 0.3 s", _blind(255, lies.stuck, 0.3, 0.03)),
+    Trial("board: flickers by 0.1 C, full duty", _blind(255, lies.flickering)),
+    Trial("board: readings fall, full duty", _blind(255, lies.falling)),
+    Trial("board: stuck, half duty", _blind(127, lies.stuck)),
+    Trial("board: stuck, duty 110", _blind(110, lies.stuck)),
+    Trial("board: shows 40 % of the rise, full duty", _blind(255, lies.share(0.4))),
+    Trial("board: shows 40 % of the rise, half duty", _blind(127, lies.share(0.4))),
+    Trial("board: thermocouples swapped, full duty", _blind(255, lies.swapped)),
+    Trial("board: stuck, faults cleared each time", _blind(255, lies.stuck, clear=True)),
     Trial("board: stuck, reset every few s", _blind_with_resets(ResetCause.EXTERNAL)),
     Trial("board: stuck, power cut every few s", _blind_with_resets(ResetCause.POWER_ON)),
+    Trial(
+        "board: stuck, power cut every 0.5 s", _blind_with_resets(ResetCause.POWER_ON, (0.5, 0.6))
+    ),
+    Trial("board: stuck, brown-outs", _blind_with_resets(ResetCause.BROWN_OUT, (1.0, 3.0))),
+    Trial("board: off its tube, duty 50", _blind(50, lies.flickering)),
+    Trial("board: off its tube, duty 25", _blind(25, lies.flickering)),
+    Trial("board: stuck, bursts of full duty", _blind(255, lies.stuck, 1.0, 0.7)),
+    Trial("board: 5 s late, full duty", _blind(255, lies.Late(5.0))),
+    Trial("board: stuck at 80 C after a warm-up", _blind(180, lies.stuck_above(80.0))),
+    Trial("board: drifts up by 0.3 C/s, half duty", _blind(127, lies.drifting(0.3))),
+    Trial("board: noise of 3 C round 25 C", _blind(200, lies.Noisy(3.0))),
+    *(
+        Trial(f"{name}: {what}", heat, (name,))
+        for name in THERMOMETERS
+        for what, heat in (
+            ("stuck, full duty", _blind(255, lies.stuck)),
+            ("true, full duty, host blind", _blind(255, lies.share(1.0))),
+            ("40 % of the rise, half duty", _blind(127, lies.share(0.4))),
+            ("true, old protocol, full duty", _old(255)),
+            ("stuck while holding", _hosted(_freeze, 60.0)),
+        )
+    ),
     Trial("board: old protocol, full duty", _old(255)),
     Trial("board: old protocol, half duty", _old(127)),
     Trial("board: old protocol, duty 110", _old(110)),
-    Trial("host: meter off its tubes, flickers by 0.1 C", _hosted(_shows(_flickering))),
-    Trial("host: meter in Fahrenheit", _hosted(_shows(_fahrenheit))),
-    Trial("host: meter shows 40 % of the rise", _hosted(_shows(_share(0.4)))),
-    Trial("host: meter shows 25 % of the rise", _hosted(_shows(_share(0.25)))),
-    Trial("host: thermocouples swapped", _hosted(_shows(_swapped))),
+    Trial("host: meter off its tubes, flickers by 0.1 C", _hosted(_shows(lies.flickering))),
+    Trial("host: meter in Fahrenheit", _hosted(_shows(lies.fahrenheit))),
+    Trial("host: meter shows 40 % of the rise", _hosted(_shows(lies.share(0.4)))),
+    Trial("host: meter shows 25 % of the rise", _hosted(_shows(lies.share(0.25)))),
+    Trial("host: thermocouples swapped", _hosted(_shows(lies.swapped))),
     Trial("host: meter stuck while holding", _hosted(_freeze, 60.0)),
-    Trial("host: readings fall while holding", _hosted(_shows(_falling), 60.0)),
+    Trial("host: readings fall while holding", _hosted(_shows(lies.falling), 60.0)),
     Trial("host: random answers while holding", _hosted(_garble, 60.0)),
 )
 
