@@ -26,6 +26,8 @@ from muscle_bayes.inference.running.programs import (
 from muscle_bayes.inference.sampling.sampler import MAX_RHAT, Draws
 from muscle_bayes.provenance import LIBRARIES
 
+STATISTICS = ("diverging", "n_steps", "acceptance_rate", "energy")
+"""Of the sampler, by ArviZ's names."""
 PREDICTIVE_DRAWS = 200
 PRIOR_DRAWS = 1000
 
@@ -82,7 +84,7 @@ def _dataset(problem: Problem, values: dict[str, np.ndarray], lead: list[str]) -
 
 def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: int) -> list[str]:
     found = []
-    if count := int(draws.diverging.sum()):
+    if count := draws.divergences:
         found.append(f"{count} divergent transitions")
     sampled = dataset[[name for name, _ in problem.layout.shapes]]
     rhat, ess = az.rhat(sampled), az.ess(sampled)
@@ -103,13 +105,8 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
     prior = {name: value[None] for name, value in prior.items()}
     thinned = thin(values, PREDICTIVE_DRAWS)
     predictions = predict(problem, thinned, seed + 2)
-    statistics = {
-        "diverging": drawn.diverging,
-        "n_steps": drawn.steps,
-        "acceptance_rate": drawn.acceptance,
-        "energy": drawn.energy,
-        "lp": drawn.log_density,
-    }
+    statistics = {name: drawn.statistics[name] for name in STATISTICS if name in drawn.statistics}
+    statistics["lp"] = -drawn.statistics["potential"]
     complaints = _complaints(problem, posterior, drawn, min_ess)
     groups = {
         "posterior": posterior,

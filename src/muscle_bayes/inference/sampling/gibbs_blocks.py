@@ -1,4 +1,4 @@
-"""The sampler's kernel: NumPyro's Gibbs of NUTS and of a slice-sampled block."""
+"""Blocks of sites, and the one that is slice sampled: minimum forces and noise."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from numpyro.infer import NUTS, CustomGibbs, Gibbs
+from numpyro.infer import CustomGibbs
 from numpyro.infer.gibbs import GIBBS_SITES_KWARG, CustomGibbsState
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel, all_solved
@@ -40,11 +40,11 @@ def blocks_of(names: Sequence[str]) -> Blocks:
 class Slices(NamedTuple):
     """How the slice-sampled block moves."""
 
-    force_width: float = 2.0
-    """First interval of a minimum force, in its logarithm."""
-    force_rounds: int = 1
-    noise_widths: tuple[float, float, float] = (0.15, 1.0, 0.6)
-    """First intervals of log total, log odds and log correlation time."""
+    force_width: float = 4.0
+    """Interval of a minimum force, in its logarithm."""
+    force_rounds: int = 2
+    noise_widths: tuple[float, float, float] = (0.3, 3.0, 2.0)
+    """Intervals of log total, log odds and log correlation time."""
     noise_rounds: int = 4
 
 
@@ -140,31 +140,3 @@ def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[
         return {name: values[name] for name in own}
 
     return update
-
-
-def gibbs_kernel(
-    model: CalibrationModel,
-    slices: Slices,
-    target_acceptance: float = 0.75,
-    max_tree_depth: int = 5,
-) -> Gibbs:
-    """NumPyro's kernel for a model: slices of minimum forces and noise, then NUTS over the rest.
-
-    NUTS adapts its step size, not its mass matrix, which the noise's funnel would spoil: the inverse
-    Fisher information at the mode goes into its first state.
-
-    Args:
-        model: of the runs.
-        slices: how the slice-sampled block moves.
-        target_acceptance, max_tree_depth: as `numpyro.infer.NUTS` has them.
-    """
-    blocks = blocks_of([name for name, _ in model.problem.layout.shapes])
-    nuts = NUTS(
-        model,
-        dense_mass=[blocks.smooth],
-        adapt_mass_matrix=False,
-        target_accept_prob=target_acceptance,
-        max_tree_depth=max_tree_depth,
-    )
-    sliced = SliceBlock(slice_update(model, slices))
-    return Gibbs([(sliced, blocks.minimum_forces + blocks.noise), (nuts, blocks.smooth)])

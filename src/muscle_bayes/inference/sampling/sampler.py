@@ -1,4 +1,4 @@
-"""Draws from a posterior by NumPyro's kernels, in rounds until the chains agree."""
+"""Draws from a posterior by NumPyro's MCMC, in rounds until the chains agree."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,16 +10,28 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import biject_to
-from numpyro.infer import Gibbs
+from numpyro import distributions as dist
+from numpyro.infer import MCMC, Gibbs
 from numpyro.infer.gibbs import GibbsState
+from numpyro.util import identity
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
 from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.running.programs import potential_at
 from muscle_bayes.inference.running.side_by_side import side_by_side
-from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of, gibbs_kernel
+from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of
+from muscle_bayes.inference.sampling.kernels import (
+    SCHEDULE,
+    CrankNicolsonSteps,
+    Normal,
+    Nuts,
+    SmoothBlock,
+    gibbs_kernel,
+    smooth_state,
+    statistics_of,
+    with_smooth,
+)
 from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.mode import Mode
 
@@ -27,18 +39,15 @@ MAX_RHAT = 1.01
 RHAT_MARGIN = 5e-4
 """What R-hat of the sampled quantities may exceed that of the unconstrained vector by: its folded part
 is not the same after a transform."""
-SCHEDULE = 1000
-"""Warm-up that NumPyro is told of. Its first 75 draws adapt the step size alone and without a restart;
-ours is shorter and ends there."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to sample."""
+    """How long to sample, and how."""
 
     chains: int = 4
     warmup: int = 100
-    """Draws of each chain in which the step size is adapted; they are dropped."""
+    """Draws of each chain that are dropped; NUTS adapts its step size in them."""
     draws: int = 200
     """Of each chain, before convergence is judged."""
     rounds: int = 40
@@ -47,6 +56,11 @@ class Effort:
     """Bulk effective sample size that is wanted of every sampled quantity."""
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
+    smooth: SmoothBlock | None = None
+    """How the smooth sites are sampled. None: by `CrankNicolsonSteps`, unless fewer than
+    `least_acceptance` of their proposals are accepted in warm-up; then by `Nuts`."""
+    least_acceptance: float = 0.3
+    """With which the normal approximation at the mode counts as good."""
     slices: Slices = field(default_factory=Slices)
     chunk: int = 25
     """Draws between two reports of progress."""
@@ -57,13 +71,13 @@ class Draws(NamedTuple):
 
     vector: Float[np.ndarray, "chain draw n"]
     """Unconstrained."""
-    diverging: np.ndarray
-    steps: np.ndarray
-    """Leapfrog steps of each draw."""
-    acceptance: np.ndarray
-    energy: np.ndarray
-    log_density: np.ndarray
-    """Of the smooth block, the others given."""
+    statistics: dict[str, np.ndarray]
+    """Of the smooth block, by ArviZ's names, chain and draw axes leading."""
+
+    @property
+    def divergences(self) -> int:
+        """How many transitions diverged; none do without gradients."""
+        return int(self.statistics.get("diverging", np.zeros(())).sum())
 
 
 def agree(draws: Draws, effort: Effort) -> bool:
@@ -82,100 +96,95 @@ def worst_rhat(draws: Draws) -> float:
 
 def _note(draws: Draws) -> str:
     """How the chains do so far, for whoever follows the progress."""
-    return f"{int(draws.diverging.sum())} divergences, R-hat {worst_rhat(draws):.3f}"
+    return f"{draws.divergences} divergences, R-hat {worst_rhat(draws):.3f}"
 
 
 class _Rows(NamedTuple):
-    """What one draw leaves; `values` as the blocks hold them."""
+    """What draws of one chain leave."""
 
-    values: dict[str, Array]
-    diverging: Array
-    steps: Array
-    acceptance: Array
-    energy: Array
-    potential: Array
-    step_size: Array
+    z: dict[str, Array]
+    """As the kernel's blocks hold them."""
+    statistics: dict[str, Array]
 
 
-@partial(jax.jit, static_argnums=(0, 1))
-def _advance(kernel: Gibbs, count: int, state: GibbsState, data: Data) -> tuple[GibbsState, _Rows]:
-    """`count` draws of one chain.
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _advance(
+    kernel: Gibbs, smooth: SmoothBlock, count: int, state: GibbsState, data: Data
+) -> tuple[GibbsState, _Rows]:
+    """`count` draws of one chain by `numpyro.infer.MCMC`.
 
-    As `numpyro.infer.MCMC` makes them, which compiles its loop anew at every call: rounds until the
-    chains agree, and many data sets of the same shapes, ask for one that is compiled once.
+    Compiled as a whole, for `MCMC.run` alone compiles its loop anew at every call.
     """
-
-    def step(state: GibbsState, _: None) -> tuple[GibbsState, _Rows]:
-        state = kernel.sample(state, (data,), {})
-        nuts = state.block_states[1]
-        rows = nuts.diverging, nuts.num_steps, nuts.accept_prob, nuts.energy, nuts.potential_energy
-        return state, _Rows(state.z, *rows, nuts.adapt_state.step_size)
-
-    return jax.lax.scan(step, state, None, length=count)
+    mcmc = MCMC(
+        kernel, num_warmup=0, num_samples=count, progress_bar=False, postprocess_fn=identity
+    )
+    mcmc.post_warmup_state = state
+    fields = statistics_of(smooth)
+    mcmc.run(state.rng_key, data, extra_fields=tuple(fields.values()))
+    found = mcmc.get_extra_fields()
+    statistics = {name: found[field] for name, field in fields.items()}
+    return mcmc.last_state, _Rows(mcmc.get_samples(), statistics)
 
 
 _KERNELS: dict[Any, Gibbs] = {}
 
 
-def _kernel(problem: Problem, effort: Effort) -> Gibbs:
+def _kernel(problem: Problem, smooth: SmoothBlock, slices: Slices) -> Gibbs:
     """Made once for all problems that share compiled code."""
     names = tuple(run.name for run in problem.runs)
     structure = jax.tree.structure(problem.data)
-    key = problem.layout, problem.lane_runs, names, structure, effort.slices
+    key = problem.layout, problem.lane_runs, names, structure, smooth, slices
     if key not in _KERNELS:
-        _KERNELS[key] = gibbs_kernel(CalibrationModel(problem), effort.slices)
+        _KERNELS[key] = gibbs_kernel(CalibrationModel(problem), smooth, slices)
     return _KERNELS[key]
 
 
 def _begin(
-    key: Array, kernel: Gibbs, mode: Mode, problem: Problem, effort: Effort
+    key: Array, kernel: Gibbs, mode: Mode, problem: Problem, smooth: SmoothBlock, chains: int
 ) -> list[GibbsState]:
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
-    smooth = _smooth_entries(layout)
-    information = np.asarray(mode.information)
-    covariance = FactoredPrecision(information[np.ix_(smooth, smooth)]).inverse()
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+    entries = _smooth_entries(layout)
     blocks = blocks_of([name for name, _ in layout.shapes])
+    normal = _normal(mode, entries, layout)
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
 
     @jax.jit
     def first(key: Array, place: Array, data: Data) -> GibbsState:
         values = constrain(place, layout, data)
-        free = {
-            name: biject_to(data.priors[name].support).inv(values[name]) for name in blocks.smooth
-        }
+        if not smooth.constrained:
+            values |= {
+                name: dist.biject_to(data.priors[name].support).inv(values[name])
+                for name in blocks.smooth
+            }
         # The first sweep computes the density: none is needed here, and none is compiled.
-        return kernel.init(key, SCHEDULE, values | free, (data,), {"predict": False})
+        return kernel.init(key, SCHEDULE, values, (data,), {"predict": False})
 
     states = []
-    for key_chain in jax.random.split(key, effort.chains):
-        place = _dispersed(rng, mode, smooth, problem)
+    for key_chain in jax.random.split(key, chains):
+        place = _dispersed(rng, mode, entries, problem)
         state = first(key_chain, jnp.asarray(place), data)
-        states.append(_with_covariance(state, blocks.smooth, covariance))
+        states.append(with_smooth(state, smooth.begun(smooth_state(state), blocks.smooth, normal)))
     # On a device, as later states are: compiled code then serves the first one too.
     return jax.device_put(states, jax.devices()[0])
 
 
-def _with_covariance(
-    state: GibbsState, names: tuple[str, ...], covariance: Float[np.ndarray, "n n"]
-) -> GibbsState:
-    """The state with a NUTS block of this inverse mass matrix."""
-    sliced, nuts = state.block_states
-    root = np.linalg.cholesky(np.linalg.inv(covariance))
-    adapted = nuts.adapt_state._replace(
-        inverse_mass_matrix={names: jnp.asarray(covariance)},
-        mass_matrix_sqrt={names: jnp.asarray(root)},
-        mass_matrix_sqrt_inv={names: jnp.asarray(np.linalg.inv(root))},
-    )
-    return state._replace(block_states=(sliced, nuts._replace(adapt_state=adapted)))
-
-
 def _smooth_entries(layout: Layout) -> np.ndarray:
     """Entries of the unconstrained vector in the smooth block."""
-    names = np.repeat(
-        [name for name, _ in layout.shapes], [int(np.prod(shape)) for _, shape in layout.shapes]
-    )
+    names = _entry_names(layout)
     return np.flatnonzero(np.isin(names, blocks_of(list(names)).smooth))
+
+
+def _entry_names(layout: Layout) -> np.ndarray:
+    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
+    return np.repeat([name for name, _ in layout.shapes], sizes)
+
+
+def _normal(mode: Mode, entries: np.ndarray, layout: Layout) -> Normal:
+    """The normal approximation of the smooth sites."""
+    covariance = FactoredPrecision(np.asarray(mode.information)[np.ix_(entries, entries)]).inverse()
+    names = tuple(_entry_names(layout)[entries])
+    return Normal(names, np.asarray(mode.vector)[entries], covariance)
 
 
 def _dispersed(
@@ -197,6 +206,63 @@ def _dispersed(
     return np.array(mode.vector)
 
 
+class _Chains:
+    """Chains side by side, and what they drew."""
+
+    def __init__(
+        self,
+        key: Array,
+        mode: Mode,
+        problem: Problem,
+        effort: Effort,
+        smooth: SmoothBlock,
+        workers: int,
+        report: Callable[[int, int, str], None],
+    ) -> None:
+        self._kernel = _kernel(problem, smooth, effort.slices)
+        self._states = _begin(key, self._kernel, mode, problem, smooth, effort.chains)
+        self._smooth, self._problem, self._chunk = smooth, problem, effort.chunk
+        self._workers, self._report = workers, report
+        self._done, self._planned = 0, effort.warmup + effort.draws
+        self._rows: list[list[_Rows]] = []
+        report(0, self._planned, "compiling")
+
+    def warm_up(self, count: int) -> float:
+        """Drop so many draws, and adapt to them; their mean acceptance probability."""
+        self._advance(count, lambda: "warm-up")
+        statistics = _joined(self._rows).statistics
+        self._states = [
+            with_smooth(one, self._smooth.warmed(smooth_state(one), statistics))
+            for one in self._states
+        ]
+        self._rows = []
+        rates = statistics["acceptance_rate"]
+        return float(rates[:, rates.shape[1] // 2 :].mean())
+
+    def go_on(self, count: int) -> Draws:
+        """All draws, after so many more."""
+        self._advance(count, lambda: _note(self._drawn()))
+        return self._drawn()
+
+    def _drawn(self) -> Draws:
+        return _draws(self._rows, self._problem, self._smooth)
+
+    def _advance(self, count: int, note: Callable[[], str]) -> None:
+        for _ in range(-(-count // self._chunk)):
+            # The first chain compiles what the others share.
+            alone = [self._one(self._states[0])] if self._done == 0 else []
+            rest = self._states[len(alone) :]
+            results = [*alone, *side_by_side(self._one, rest, self._workers)]
+            self._states = [state for state, _ in results]
+            self._rows.append([rows for _, rows in results])
+            self._done += self._chunk
+            self._report(self._done, max(self._planned, self._done), note())
+
+    def _one(self, state: GibbsState) -> tuple[GibbsState, _Rows]:
+        state, rows = _advance(self._kernel, self._smooth, self._chunk, state, self._problem.data)
+        return state, jax.device_get(rows)
+
+
 def draw(
     key: Array,
     mode: Mode,
@@ -210,76 +276,43 @@ def draw(
 
     Args:
         key: random key.
-        mode: a maximum of the posterior density; its Fisher information is the mass matrix.
+        mode: a maximum of the posterior density, with its Fisher information.
         problem: whose posterior is sampled.
-        effort: how long.
+        effort: how long, and how.
         workers: chains that advance side by side.
         report: called with the draws of each chain done and planned, and a note on divergences and
             R-hat so far.
     """
-    kernel = _kernel(problem, effort)
-    states = _begin(key, kernel, mode, problem, effort)
-    done, total = 0, effort.warmup + effort.draws
 
-    def advance(count: int, before: list[list[_Rows]] | None = None) -> list[list[_Rows]]:
-        """What each chain draws, chunk after chunk, behind those before; None warms up."""
-        nonlocal done, states
-        chunks = list(before or ())
-        for _ in range(-(-count // effort.chunk)):
+    def begin(smooth: SmoothBlock) -> _Chains:
+        return _Chains(key, mode, problem, effort, smooth, workers, report)
 
-            def one(state: GibbsState) -> tuple[GibbsState, _Rows]:
-                state, rows = _advance(kernel, effort.chunk, state, problem.data)
-                return state, jax.device_get(rows)
-
-            # The first chain compiles what the others share.
-            alone = [one(states[0])] if done == 0 else []
-            results = [*alone, *side_by_side(one, states[len(alone) :], workers)]
-            states = [state for state, _ in results]
-            chunks.append([rows for _, rows in results])
-            done += effort.chunk
-            note = "warm-up" if before is None else _note(_joined(chunks, problem))
-            report(done, max(total, done), note)
-        return chunks
-
-    report(0, total, "compiling")
-    warm = advance(effort.warmup)
-    states = [_adapted(state, warm) for state in states]
-    chunks = advance(effort.draws, [])
+    chains = begin(effort.smooth or CrankNicolsonSteps())
+    accepted = chains.warm_up(effort.warmup)
+    if effort.smooth is None and accepted < effort.least_acceptance:
+        chains = begin(Nuts())
+        chains.warm_up(effort.warmup)
+    draws = chains.go_on(effort.draws)
     for _ in range(effort.rounds):
-        draws = _joined(chunks, problem)
         if agree(draws, effort):
             break
-        total = done + effort.draws // 2
-        chunks = advance(effort.draws // 2, chunks)
-    return _joined(chunks, problem)
+        draws = chains.go_on(effort.draws // 2)
+    return draws
 
 
-def _adapted(state: GibbsState, chunks: list[list[_Rows]]) -> GibbsState:
-    """The state with the median step size that all chains took in the later half of warm-up."""
-    later = chunks[len(chunks) // 2 :]
-    size = np.exp(np.median([np.log(rows.step_size) for chunk in later for rows in chunk]))
-    sliced, nuts = state.block_states
-    adapted = nuts.adapt_state._replace(step_size=jnp.full_like(nuts.adapt_state.step_size, size))
-    ended = nuts._replace(adapt_state=adapted, i=jnp.full_like(nuts.i, SCHEDULE))
-    return state._replace(block_states=(sliced, ended))
-
-
-def _joined(chunks: list[list[_Rows]], problem: Problem) -> Draws:
+def _joined(chunks: list[list[_Rows]]) -> _Rows:
+    """Draws of all chains, chain and draw axes leading."""
     chains = [jax.tree.map(lambda *x: np.concatenate(x), *own) for own in zip(*chunks, strict=True)]
-    whole = jax.tree.map(lambda *x: np.stack(x), *chains)
-    smooth = blocks_of([name for name, _ in problem.layout.shapes]).smooth
+    return jax.tree.map(lambda *x: np.stack(x), *chains)
+
+
+def _draws(chunks: list[list[_Rows]], problem: Problem, smooth: SmoothBlock) -> Draws:
+    values, statistics = _joined(chunks)
+    free = () if smooth.constrained else blocks_of(list(values)).smooth
     columns = []
     for name, _ in problem.layout.shapes:
-        value = whole.values[name]
-        if name not in smooth:  # positive, and held as it is
-            value = np.log(value)
+        value = values[name]
+        if name not in free:
+            value = np.asarray(dist.biject_to(problem.data.priors[name].support).inv(value))
         columns.append(value.reshape(*value.shape[:2], -1))
-    vector = np.concatenate(columns, axis=2)
-    return Draws(
-        vector=vector,
-        diverging=whole.diverging,
-        steps=whole.steps,
-        acceptance=whole.acceptance,
-        energy=whole.energy,
-        log_density=-whole.potential,
-    )
+    return Draws(np.concatenate(columns, axis=2), statistics)
