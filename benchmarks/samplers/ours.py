@@ -41,8 +41,9 @@ def main(seed: int, path: Path) -> None:
         path,
         busy=busy,
         vector=draws.vector,
-        diverging=int(draws.diverging.sum()),
-        steps=int(draws.steps.sum()),
+        diverging=draws.divergences,
+        # Crank-Nicolson steps need none.
+        steps=int(np.sum(draws.statistics.get("n_steps", 0))),
         with_inertia=any(lanes.fine is not None for lanes in sampled.problem.data.lanes),
         **{f"seconds_{stage}": value for stage, value in sampled.seconds.items()},
     )

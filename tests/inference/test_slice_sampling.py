@@ -46,7 +46,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize(("log_density", "wall", "known"), KNOWN.values(), ids=KNOWN)
-@pytest.mark.parametrize("width", [0.3, 2.0, 20.0])
+@pytest.mark.parametrize("width", [2.0, 6.0, 20.0])
 def test_moments_are_those_of_the_density(log_density, wall, known, width) -> None:
     def density(x: jax.Array) -> jax.Array:
         return jnp.where(x[0] > wall, log_density(x[0]), -jnp.inf)
@@ -64,13 +64,13 @@ def test_what_is_not_a_number_is_a_wall_too() -> None:
 
 
 def test_two_peaks_have_their_shares() -> None:
-    """Normals 4 apart, of weights 1 and 3: intervals step out over the gap between them."""
+    """Normals 4 apart, of weights 1 and 3: an interval reaches over the gap between them."""
 
     def density(x: jax.Array) -> jax.Array:
         peaks = -0.5 * (x[0] - jnp.array([-2.0, 2.0])) ** 2 / 0.25 + jnp.log(jnp.array([1.0, 3.0]))
         return jax.nn.logsumexp(peaks)
 
-    draws = drawn(density, [-2.0], np.array([[2.0]]))[..., 0]
+    draws = drawn(density, [-2.0], np.array([[8.0]]))[..., 0]
     assert away((draws > 0.0).astype(float), 0.75) < 4.0
     assert away((draws[draws > 0.0] - 2.0)[None], 0.0) < 5.0
 

@@ -111,7 +111,7 @@ def measured_draws(template: Template, seed: int) -> dict[str, Any]:
         "vectors": every[chosen].tolist(),
         "inertial": [name for name, error in solved.reduction.items() if not error.tolerable],
         "swings": [np.asarray(lanes.swing).tolist() for lanes in solved.data.lanes],
-        "converged": agree(draws, KNOWN_EFFORT) and not bool(draws.diverging.any()),
+        "converged": agree(draws, KNOWN_EFFORT) and not draws.divergences,
     }
 
 

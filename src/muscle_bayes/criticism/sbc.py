@@ -66,9 +66,8 @@ def rank_data_set(template: Template, seed: int, known: Known | None = None) -> 
     }
     return {
         "ranks": ranks,
-        "converged": agree(draws, EFFORT) and not bool(draws.diverging.any()),
-        "divergences": int(draws.diverging.sum()),
-        "leapfrog_steps": float(draws.steps.mean()),
+        "converged": agree(draws, EFFORT) and not draws.divergences,
+        "divergences": draws.divergences,
         "seconds": process_time() - begun,
     }
 

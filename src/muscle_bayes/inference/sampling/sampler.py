@@ -311,7 +311,7 @@ def _draws(chunks: list[list[_Rows]], problem: Problem, smooth: SmoothBlock) -> 
     free = () if smooth.constrained else blocks_of(list(values)).smooth
     columns = []
     for name, _ in problem.layout.shapes:
-        value = values[name]
+        value = np.asarray(values[name])
         if name not in free:
             value = np.asarray(dist.biject_to(problem.data.priors[name].support).inv(value))
         columns.append(value.reshape(*value.shape[:2], -1))
