@@ -13,7 +13,7 @@ ROWS, DRAWS = 200, 100
 SWING = np.sin(np.linspace(0.0, 20.0, ROWS))
 
 
-def fitted(seen, band=0.02, model=SWING, inertia=2e-3, friction=5e-3) -> Posterior:
+def fitted(seen, band=0.02, model=SWING, inertia=2e-3, friction=5e-3, noise=0.02) -> Posterior:
     """A posterior whose draws lie about `model` as wide as `band`."""
     rng = np.random.default_rng(0)
     drawn = model + band * rng.standard_normal((1, DRAWS, ROWS))
@@ -27,6 +27,7 @@ def fitted(seen, band=0.02, model=SWING, inertia=2e-3, friction=5e-3) -> Posteri
         name: (["chain", "draw"], np.full((1, DRAWS), value), {"units": "kg m^2"})
         for name, value in values.items()
     }
+    posterior["fast.noise"] = (["chain", "draw"], np.full((1, DRAWS), noise), {"units": "rad"})
     prior = {
         name: (["chain", "draw"], rng.lognormal(np.log(3e-3), 2.0, (1, 1000))) for name in values
     }
@@ -73,7 +74,8 @@ def test_a_bearing_without_friction_is_plausible() -> None:
     assert len(unexplained(fitted(SWING, friction=1e6))) == 1
 
 
-def test_rounding_alone_is_explained() -> None:
+def test_noise_alone_is_explained() -> None:
     held = np.r_[np.zeros(ROWS // 2), np.ones(ROWS // 2)]
     away = held + 0.4 * np.where(np.arange(ROWS) % 2, 1.0, -1.0)
-    assert unexplained(fitted(held, band=1.0, model=away)) == []
+    assert unexplained(fitted(held, band=1.0, model=away, noise=0.3)) == []
+    assert len(unexplained(fitted(held, band=1.0, model=away, noise=0.03))) == 1

@@ -39,7 +39,9 @@ def sawtooth_lanes():
     time = np.arange(90.0)
     plain = {name: np.ones((1, 90)) for name in ("weight", "reading")}
     jolted = np.where(time == 30.0, 4.0, 0.0)[None]
-    lanes = lanes._replace(time=time[None], coarse=np.zeros((1, 90)), jolted=jolted, **plain)
+    lanes = lanes._replace(
+        time=time[None], coarse=np.zeros((1, 90)), thermal=np.zeros((1, 90)), jolted=jolted, **plain
+    )
     return lanes, time
 
 

@@ -14,8 +14,8 @@ class Limits(NamedTuple):
     """Least share of readings inside the central 90 % of the predictive draws."""
     misfit: float = 0.1
     """Largest RMSE of the mean model, as a share of the readings' range."""
-    steps: float = 3.0
-    """RMSE, in steps of the readings' grid, up to which its share of the range does not count."""
+    noises: float = 3.0
+    """RMSE, in standard deviations of one reading's noise, up to which its share does not count."""
     odds: float = 1e-3
     """Least share of the prior on either side of a parameter's posterior median."""
 
@@ -59,11 +59,21 @@ def _of_run(posterior: Posterior, name: str, limits: Limits) -> list[str]:
         found.append(f"{name}: {inside:.0%} of the readings lie in the 90 % band")
     model = predictive[f"{name}:model"].to_numpy()[0].mean(axis=0)
     misfit, span = float(np.sqrt(np.mean((seen - model) ** 2))), float(np.ptp(seen))
-    levels = np.unique(seen)
-    step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
-    if misfit > limits.misfit * span and misfit > limits.steps * step:
+    level = _noise(posterior, unit)
+    if misfit > limits.misfit * span and misfit > limits.noises * level:
         found.append(f"{name}: the RMSE, {misfit:.3g} {unit}, is {misfit / span:.0%} of the range")
     return found
+
+
+def _noise(posterior: Posterior, unit: str) -> float:
+    """Noise of one reading in this unit, posterior mean; 0 where none was sampled."""
+    sampled = posterior.tree["posterior"].data_vars.items()
+    levels = [
+        float(values.mean())
+        for name, values in sampled
+        if str(name).endswith(".noise") and values.attrs.get("units") == unit
+    ]
+    return max(levels, default=0.0)
 
 
 def _of(posterior: Posterior, name: str, limits: Limits) -> list[str]:
