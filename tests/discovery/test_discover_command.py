@@ -16,7 +16,8 @@ def test_a_run_that_is_not_there_is_told(tmp_path: Path) -> None:
     command = ["discover", *SPRINGS, "--hold-out", "spring-9", "--out", str(tmp_path)]
     found = CliRunner().invoke(app, command)
     assert found.exit_code == 2
-    assert "--hold-out spring-9: no such run; there are: spring-1, spring-2" in found.stderr
+    assert "--hold-out spring-9: no such run." in found.stderr
+    assert "Fix: name one of spring-1, spring-2, spring-3." in found.stderr
     assert not list(tmp_path.iterdir())
 
 

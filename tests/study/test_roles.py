@@ -51,7 +51,7 @@ def test_names_of_the_config_come_first(shipped):
     [
         (
             StudyConfig(fixture=("sprig-1",)),
-            r"run 'sprig-1' is named, but there is none\. Fix: use",
+            r"run 'sprig-1' is named.*Did you mean 'spring-1'",
         ),
         (StudyConfig(until={"x": 1.0}), r"run 'x' is named, but there is none"),
         (StudyConfig(fixture=("spring-1",), held_out=("spring-1",)), r"named more than once"),
