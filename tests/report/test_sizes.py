@@ -1,14 +1,19 @@
 """Figures are drawn as they are printed: no wider than a line, no text under 7 points."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from known_cases import gaussian, posterior_of, sawtooth
 from matplotlib.text import Text
 
+from muscle_bayes.control.batch import SHOWN_EVERY
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
 from muscle_bayes.examples import load_example
 from muscle_bayes.inference.posteriors.identifiability import Identifiability, ParameterReport
+from muscle_bayes.report.control_figures import responses_figure
+from muscle_bayes.report.discovery_figures import discovery_figure
 from muscle_bayes.report.drift_figure import drift_figure
 from muscle_bayes.report.forest_figure import forest_figure
 from muscle_bayes.report.identifiability_figure import identifiability_figure
@@ -31,7 +36,39 @@ def _identified() -> Identifiability:
     return Identifiability({f"p{number}": one for number in range(9)}, (), ())
 
 
+def _discovered(steps: int):
+    """A search that found an effect, or none, as far as figures look at it."""
+    rng = np.random.default_rng(0)
+    time = np.linspace(0.0, 100.0, 200)
+
+    def traced(size: float, windows: tuple) -> SimpleNamespace:
+        residual = 0.2 * rng.standard_normal(200) + size * (time < 20.0)
+        trace = SimpleNamespace(run="a", unit="counts", time=time, residual=residual)
+        return SimpleNamespace(traces=(trace,), windows=windows, p_value=0.01)
+
+    window = SimpleNamespace(run="a", start=0.0, end=20.0)
+    return SimpleNamespace(
+        located=traced(1.0, (window,)),
+        final=SimpleNamespace(misfit=traced(0.0, ())),
+        steps=(None,) * steps,
+        probabilities={"coil-contact": 0.9, "none": 0.06, "load-dependent-friction": 0.04},
+    )
+
+
+def _responses():
+    """Loops in three scenarios, as far as the figure looks at them."""
+    courses = [
+        SimpleNamespace(name=name, course=SimpleNamespace(setpoint=np.ones(100 * SHOWN_EVERY)))
+        for name in ("step", "square", "load-sine-0.1592")
+    ]
+    outcomes = {one.name: SimpleNamespace(angle=np.ones((9, 100))) for one in courses}
+    return SimpleNamespace(scenarios=courses, outcomes=outcomes, time=lambda name: np.arange(100.0))
+
+
 FIGURES = {
+    "discovery": lambda: discovery_figure(_discovered(1), "a", "synthetic"),
+    "nothing discovered": lambda: discovery_figure(_discovered(0), "a", "measured"),
+    "responses": lambda: responses_figure(_responses()),
     "prediction": lambda: predictive_figure(sawtooth(), check_run(sawtooth()), "synthetic"),
     "prior": lambda: prior_predictive_figure([gaussian(readings=100, draws=50)] * 2),
     "drift": lambda: drift_figure(sawtooth(), drift(sawtooth()), "synthetic"),

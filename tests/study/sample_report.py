@@ -32,7 +32,7 @@ def fit() -> dict:
     }
 
 
-def untold() -> dict:
+def undetermined() -> dict:
     return {"directions": ["C up with F down: 60% of the prior's variance remains"],
             "trade_offs": ["H and T: −0.98"]}  # fmt: skip
 
@@ -60,8 +60,8 @@ def sample(folder: Path) -> Path:
         "runs": grid("run", "protocol", "length [s]"),
         "shown_runs": ["a"],
         "fixture": {"coulomb": fit(), "linear": fit(), "law": "coulomb", "friction": "Coulomb.",
-                    "untold": untold()},
-        "muscle": {**fit(), "inertia": ["a: the rotor's inertia is left out."], "untold": untold()},
+                    "undetermined": undetermined()},
+        "muscle": {**fit(), "inertia": ["a: the rotor's inertia is left out."], "undetermined": undetermined()},
         "checks": grid("run", "RMSE", rows=20),
         "predicted": ["a"],
         "drift": [{"run": "a", "told": "It creeps.", "table": grid("time [s]", "slope")}],

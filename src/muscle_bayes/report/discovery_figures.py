@@ -94,7 +94,7 @@ def discovery_figure(found: Discovery, run: str, origin: str) -> Figure:
             for line in one.traces:
                 if line.run == run:
                     _residuals(axis, line, one)
-                    axis.set(xlabel="time [s]", ylabel=f"reading minus model [{line.unit}]")
+                    axis.set(xlabel="time [s]", ylabel=f"residual [{line.unit}]")
             axis.set_title(f"{run}, {when}", fontsize=8)
         if found.steps:
             axes[-1].sharey(axes[0])

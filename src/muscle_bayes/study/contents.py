@@ -100,7 +100,7 @@ def _size(path: Path) -> float:
     return path.stat().st_size if path.exists() else float("inf")
 
 
-def _untold(found: Numbers, given: Sequence[str] = ()) -> dict[str, Any]:
+def _undetermined(found: Numbers, given: Sequence[str] = ()) -> dict[str, Any]:
     """What the data do not identify; what other runs have given is left out."""
     known = found["identifiability"]
     return {
@@ -125,7 +125,7 @@ def _fixture(results: Results) -> dict[str, Any] | None:
         **laws,
         "law": results.plan.config.friction,
         "friction": "" if friction is None else words.friction(friction),
-        "untold": _untold(found),
+        "undetermined": _undetermined(found),
     }
 
 
@@ -140,7 +140,7 @@ def _muscle(results: Results) -> dict[str, Any] | None:
         for name, run in results.summaries["muscle"]["runs"].items()
         if run.get("inertia") is not None
     ]
-    return {**fit, "inertia": inertia, "untold": _untold(found, given)}
+    return {**fit, "inertia": inertia, "undetermined": _undetermined(found, given)}
 
 
 def _discovery(results: Results) -> dict[str, Any]:

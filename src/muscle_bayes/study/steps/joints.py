@@ -40,9 +40,10 @@ def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
     """Draws of joints, and what has to be told about where they come from."""
     seed = plan.config.seed
     tubes = heater_of(plan, seed)
-    untold = [name for name, told in tubes.told.items() if not told]
+    undetermined = [name for name, told in tubes.told.items() if not told]
     notes = [
-        f"heater: {tubes.source}" + (f"; not told: {', '.join(untold)}" if untold else ""),
+        f"heater: {tubes.source}"
+        + (f"; not told: {', '.join(undetermined)}" if undetermined else ""),
         "loops are simulated, no joint was measured",
     ]
     design = mirrored(plan.run(plan.roles.muscle[0]))
