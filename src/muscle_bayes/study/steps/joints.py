@@ -43,7 +43,7 @@ def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
     undetermined = [name for name, told in tubes.told.items() if not told]
     notes = [
         f"heater: {tubes.source}"
-        + (f"; not told: {', '.join(undetermined)}" if undetermined else ""),
+        + (f"; not identified: {', '.join(undetermined)}" if undetermined else ""),
         "loops are simulated, no joint was measured",
     ]
     design = mirrored(plan.run(plan.roles.muscle[0]))
