@@ -4,12 +4,14 @@ python scripts/write_calibration_doc.py FOLDER, with a calibration in each of fi
 """
 
 import json
-import shutil
 import sys
 from pathlib import Path
 from typing import Any
 
 from muscle_bayes.criticism.replicates import LEAST_SPAN
+from muscle_bayes.report.calibration_figure import calibration_figure
+from muscle_bayes.report.style import save
+from muscle_bayes.study.steps.calibration import ranks_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 RUNS = {"fixture": "the five shipped spring runs", "muscle": "the three shipped staircases"}
@@ -21,15 +23,14 @@ Written by `make calibration`. Are posteriors as wide as they should be? Simulat
 every parameter's true value among {ranks} draws of its posterior: over many data sets ranks must be
 uniform. All data are synthetic: rig, drive and times of readings are those of the runs named.
 
-- **fixture**: parameters are drawn from the prior. Where friction holds the rotor fast, readings tell
-  nothing: data sets with a run whose readings span less than {span:.0%} of the measured ones are drawn
-  again. That depends on readings alone, so ranks stay uniform.
-- **muscle**: its prior is so wide that in many of its draws the rotor lies at a stop and readings tell
-  nothing. So parameters, each run's own included, are drawn from the posterior of the staircases as
-  measured, every run is recorded once more at these (from the same start, with what inertia adds to slow
-  motion as that posterior has it), and they are ranked in the posterior of both records (posterior SBC:
-  Säilynoja, Schmitt, Bürkner, Vehtari 2025). That holds where the fits of this rig are, and says nothing
-  of the rest of the prior.
+- **fixture**: parameters are drawn from the prior. Where friction holds the rotor fast, readings carry
+  no information. Data sets with a run whose readings span less than {span:.0%} of the measured ones are
+  drawn again. That depends on readings alone, so ranks stay uniform.
+- **muscle**: its prior is so wide that in many of its draws the rotor lies at a stop. So parameters,
+  each run's own included, are drawn from the posterior of the staircases as measured. Every run is
+  recorded once more at these, from the same start. They are ranked in the posterior of both records
+  (posterior SBC: Säilynoja, Schmitt, Bürkner, Vehtari 2025). That holds where the fits of this rig are,
+  and says nothing of the rest of the prior.
 
 A fit counts as converged with R-hat at most 1.05, a bulk effective sample size of 100 and no
 divergences. Ranks of fits that did not converge count like the others. Uniformity is tested by
@@ -55,13 +56,13 @@ def main(folder: Path) -> None:
     every = {name: json.loads((folder / name / "calibration.json").read_text()) for name in RUNS}
     page = HEAD.format(ranks=every["fixture"]["ranks_of"], span=LEAST_SPAN)
     page += "".join(row(name, found) for name, found in every.items())
-    for name in every:
+    for name, found in every.items():
         figure = f"calibration-{name}.png"
-        shutil.copyfile(folder / name / "ranks.png", DOCS / figure)
+        save(calibration_figure(ranks_of(found), name), DOCS / figure)
         page += f"\n![Ranks of the {name}'s parameters]({figure})\n"
     page += (
-        "\nEach panel shows the share of data sets whose rank is at most r, less what it would be for\n"
-        "uniform ranks; a uniform quantity's curve keeps to the grey band with 99 % at each rank.\n"
+        "\nA panel a quantity. A calibrated quantity stays in the grey band, at each rank with\n"
+        "probability 99 %. A curve that dips and rises belongs to a posterior that is too narrow.\n"
     )
     (DOCS / "calibration.md").write_text(page)
 

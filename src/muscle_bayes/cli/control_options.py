@@ -52,7 +52,9 @@ def load_joints(
     bearing = None if fixture is None else Posterior.load(fixture)
     tubes = fit_heater(read_runs(heater), seed=seed) if heater else assumed_heater(seed)
     untold = [name for name, told in tubes.told.items() if not told]
-    notes = [f"heater {tubes.source}" + (f"; not identified: {', '.join(untold)}" if untold else "")]
+    notes = [
+        f"heater {tubes.source}" + (f"; not identified: {', '.join(untold)}" if untold else "")
+    ]
     notes.append("loops are simulated; no joint was measured")
     for one, path in ((fitted, posterior), (bearing, fixture)):
         if one is not None and not one.converged:

@@ -24,10 +24,10 @@ def make(plan: Plan, name: str, report: Report) -> None:
     for path in plan.calibrations:
         numbers = _read(path)
         if path.name == "calibration.json":
-            sbc[path.parent.name] = _without_ranks(numbers)
+            sbc[path.parent.name] = _withoutranks_of(numbers)
             drawn.add(
                 f"sbc-{path.parent.name}",
-                calibration_figure(_ranks(numbers), path.parent.name),
+                calibration_figure(ranks_of(numbers), path.parent.name),
                 f"Calibration of the {path.parent.name}'s posterior, a panel a quantity. A calibrated "
                 f"quantity stays in the grey band, at each rank with probability {POINTWISE:.0%}.",
                 SYNTHETIC,
@@ -54,13 +54,13 @@ def _read(path: Path) -> dict[str, Any]:
         ) from None
 
 
-def _without_ranks(numbers: dict[str, Any]) -> dict[str, Any]:
+def _withoutranks_of(numbers: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in numbers.items() if key not in ("ranks", "p")} | {
         "quantities": len(numbers["p"])
     }
 
 
-def _ranks(numbers: dict[str, Any]) -> Calibration:
+def ranks_of(numbers: dict[str, Any]) -> Calibration:
     """The calibration that a file tells of."""
     ranks = {name: np.array(one) for name, one in numbers["ranks"].items()}
     return Calibration(numbers["source"], ranks, numbers["converged"], numbers["processor_seconds"])
