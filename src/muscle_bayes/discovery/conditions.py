@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from muscle_bayes.discovery.settling import HEATED
-from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.discovery.fit import Fitted, whole_weights
 from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.physics.elements import Muscle
 
@@ -27,8 +27,8 @@ SIGNALS: dict[str, str] = {
     "time since load change": "s",
 }
 """Names and units of signals, as the misfit map writes them."""
-WARM = 0.5
-"""A cycle begins where temperature rises through this share of its range."""
+HEATED = 1.0
+"""Range of temperature from which on a run is one of a heated muscle, C."""
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,18 @@ class Trace:
         return replace(self, **cut, signals={k: v[chosen] for k, v in self.signals.items()})
 
 
-def traces(nested: Nested, fitted: Fitted) -> list[Trace]:
-    """Residuals and signals of every run at a fitted point."""
-    problem, data, layout = nested.problem, nested.data, nested.layout
+def traces(nested: Nested, fitted: Fitted, whole: bool = False) -> list[Trace]:
+    """Residuals and signals of every run at a fitted point, held-out parts only if `whole`."""
+    problem, layout = nested.problem, nested.layout
+    data = whole_weights(nested, fitted.data) if whole else fitted.data
     values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, data)
     pieces: dict[int, list[dict[str, np.ndarray]]] = {}
     start = 0
     for group, (lanes, regime, owners) in enumerate(
         zip(data.lanes, layout.regimes, problem.lane_runs, strict=True)
     ):
-        residuals = np.asarray(fitted.found.residuals[group])
-        hyst = np.asarray(fitted.found.hyst[group])
+        residuals = np.asarray(fitted.look.residuals[group])
+        hyst = np.asarray(fitted.look.hyst[group])
         zero = values.get(f"{regime}.zero")
         for lane, owner in enumerate(owners):
             one = jax.tree.map(lambda x, lane=lane: np.asarray(x)[lane], lanes)
@@ -126,7 +127,80 @@ def _rate(values: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def _cycles(temperature: np.ndarray) -> np.ndarray:
-    """Number of the heating cycle, from 1."""
-    middle = temperature.min() + WARM * np.ptp(temperature)
+    """Number of the heating cycle, from 1: each begins where temperature rises through half its range."""
+    middle = temperature.min() + 0.5 * np.ptp(temperature)
     above = temperature > middle
     return 1.0 + np.maximum(np.cumsum(np.r_[above[0], above[1:] & ~above[:-1]]) - 1.0, 0.0)
+
+
+def is_settled(
+    time: Float[np.ndarray, " interval"],
+    load: Float[np.ndarray, " interval"],
+    temperature: Float[np.ndarray, " interval"],
+    settling: float = 30.0,
+) -> Bool[np.ndarray, " interval"]:
+    """Intervals before the first change of load [kg], and more than `settling` s after the last one."""
+    changes = np.flatnonzero(np.diff(load)) + 1
+    if np.ptp(temperature) <= HEATED or changes.size == 0:
+        return np.ones(time.shape, bool)
+    last = np.searchsorted(changes, np.arange(time.size), side="right") - 1
+    return (last < 0) | (time - time[changes[np.maximum(last, 0)]] > settling)
+
+
+def where(
+    trace: Trace,
+    excess: Float[np.ndarray, " interval"],
+    inside: slice,
+    share: float = 0.7,
+    contrast: float = 0.15,
+) -> str:
+    """One condition or two that hold `share` of a window's excess in few of the run's readings.
+
+    The best by share of excess minus share of readings; "throughout" where that is below `contrast`.
+    """
+    weight = np.zeros(trace.time.size)
+    weight[inside] = np.maximum(excess[inside], 0.0)
+    if weight.sum() <= 0.0:
+        return "throughout"
+    weight /= weight.sum()
+    single = [
+        (_contrast(mask, weight), name, mask)
+        for name, mask in _conditions(trace)
+        if mask @ weight > share
+    ]
+    single.sort(key=lambda one: -one[0])
+    best = single[0] if single and single[0][0] > contrast else None
+    if best is None:
+        return "throughout"
+    for first, second in combinations(single[:12], 2):
+        if first[1].split()[0] == second[1].split()[0]:
+            continue
+        both = first[2] & second[2]
+        if both @ weight > share and _contrast(both, weight) > best[0] + contrast / 3:
+            best = (_contrast(both, weight), f"{first[1]} and {second[1]}", both)
+    return best[1]
+
+
+def _contrast(mask: Bool[np.ndarray, " interval"], weight: np.ndarray) -> float:
+    return float(mask @ weight - mask.mean())
+
+
+def _conditions(trace: Trace) -> list[tuple[str, Bool[np.ndarray, " interval"]]]:
+    found = []
+    for name, signal in trace.signals.items():
+        if np.ptp(signal) <= 0.0:
+            continue
+        unit = f" {SIGNALS[name]}" if SIGNALS[name] else ""
+        for text in sorted(
+            {_rounded(name, x) for x in np.quantile(signal, np.linspace(0.1, 0.9, 9))} | {"0"}
+        ):
+            level = float(text)
+            if signal.min() < level < signal.max():
+                found.append((f"{name} > {text}{unit}", signal > level))
+                found.append((f"{name} < {text}{unit}", signal < level))
+    return found
+
+
+def _rounded(name: str, level: float) -> str:
+    """A threshold in two figures, whole numbers for cycles."""
+    return f"{round(level)}" if name == "cycle" else f"{float(f'{level:.2g}'):g}"

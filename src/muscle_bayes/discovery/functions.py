@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.discovery.fit import Fitted, Start, Tick, annealed, fit_all
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects.empirical import PORT_SIGNALS, PREFIX, function_name
@@ -18,8 +19,6 @@ TRACED = {
     "temperature": ("T",),
 }
 """Names of a port's signals in a run's trace."""
-STEPS = np.array([1.0, 2.0, 5.0, 10.0])
-"""Ranges end at these multiples of a power of ten, so that similar rigs have the same."""
 
 
 def ports(nested: Nested) -> tuple[str, ...]:
@@ -28,7 +27,7 @@ def ports(nested: Nested) -> tuple[str, ...]:
     return tuple(f"{PREFIX}-{p}" for p in PORT_SIGNALS if muscle or p not in MUSCLE_PORTS)
 
 
-def candidates(lines: Sequence[Trace], having: Sequence[str]) -> list[str]:
+def function_names(lines: Sequence[Trace], having: Sequence[str]) -> list[str]:
     """Every port with every signal that varies in the runs, over the range it has there."""
     found = []
     for port, signals in PORT_SIGNALS.items():
@@ -48,11 +47,59 @@ def candidates(lines: Sequence[Trace], having: Sequence[str]) -> list[str]:
 
 
 def _rounded(values: np.ndarray) -> tuple[float, float]:
-    """A range that holds nearly all values, widened to a coarse grid."""
+    """A range that holds nearly all values, widened to a coarse grid: 1, 2 or 5 times a power of ten."""
     low, high = np.quantile(values, (0.005, 0.995))
     if low == high:
         low, high = values.min(), values.max()
     rough = (high - low) / 10.0
     unit = 10.0 ** np.floor(np.log10(rough))
-    step = unit * STEPS[np.searchsorted(STEPS, rough / unit)]
+    steps = np.array([1.0, 2.0, 5.0, 10.0])
+    step = unit * steps[np.searchsorted(steps, rough / unit)]
     return float(np.floor(low / step) * step), float(np.ceil(high / step) * step)
+
+
+def fit_functions(
+    nested: Nested,
+    base: Fitted,
+    names: Sequence[str],
+    noise: dict[str, float],
+    *,
+    most: int = 5,
+    workers: int = 1,
+    tick: Tick = lambda: None,
+) -> dict[str, Fitted]:
+    """Functions beside `base`: all judged by what a linear step promises, the `most` best fitted.
+
+    They act nearly linearly, so a descent begins where they are off.
+    """
+    own = base.point[: base.used]
+    slots = {name: nested.choice((*base.effects, name)).slot.size for name in names}
+    rows = [
+        Start(
+            (*base.effects, n), np.r_[own, np.zeros(nested.shared + slots[n] - own.size)], base.data
+        )
+        for n in names
+    ]
+    seen = fit_all(nested, rows, steps=0, workers=workers, tick=tick)
+
+    def promise(one: Fitted) -> float:
+        gradient = np.asarray(one.look.gradient)[: one.used]
+        return float(gradient @ one.precision.solve(gradient))
+
+    order = sorted(range(len(names)), key=lambda i: -promise(seen[i]))[:most]
+    starts = annealed(
+        nested,
+        [seen[i].start for i in order],
+        noise,
+        [names[i] for i in order],
+        workers=workers,
+        tick=tick,
+    )
+    plain = [seen[i].start for i in order]
+    fits = fit_all(nested, [*starts, *plain], behind=300.0, workers=workers, tick=tick)
+    best: dict[str, Fitted] = {}
+    for one in fits:
+        name = one.effects[-1]
+        if name not in best or one.log_evidence > best[name].log_evidence:
+            best[name] = one
+    return best

@@ -1,25 +1,16 @@
-"""Whether an effect predicts readings better that the fit has not seen."""
+"""Gate: whether an effect predicts readings better that the fit has not seen (cross-validation)."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from muscle_bayes.discovery.blocks import blocks_of
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.discovery.explanation import Explanation
-from muscle_bayes.discovery.holding import without_blocks
-from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.discovery.fit import Fitted, Start, Tick, explained_all, fit_all, whole_weights
+from muscle_bayes.discovery.nominal import error_of_reading, without_blocks
+from muscle_bayes.discovery.weigh import blocks_of, in_dispute
 from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.nested_programs import explained_at
-
-FOLDS = 4
-STEPS = 10
-"""Steps from the fit to all readings to that without a fold."""
-WANTED = 2.0
-"""Standard errors by which the score must rise."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +21,8 @@ class Gate:
     se: float
     by: str
     """What was left out: `blocks` of every run in turn, or `runs` that were held out."""
+    wanted: float = 2.0
+    """Standard errors by which the score must rise."""
 
     @property
     def score(self) -> float:
@@ -39,21 +32,72 @@ class Gate:
     def weighed_with(self, other: "Gate") -> "Gate":
         """What both say together: the one that speaks against the effect, else the clearer one."""
         weaker, clearer = sorted((self, other), key=lambda one: one.score)
-        return weaker if weaker.score < -WANTED else clearer
+        return weaker if weaker.score < -self.wanted else clearer
 
     @property
     def passed(self) -> bool:
-        return self.score > WANTED
+        """Whether it rose clearly."""
+        return self.score > self.wanted
 
 
-def _densities(nested: Nested, fitted: Fitted) -> Float[np.ndarray, " error"]:
-    """Log density of each reading of `nested`'s data, at a point fitted to other data."""
-    point = jnp.asarray(fitted.point)
-    found = explained_at(point, fitted.choice, nested.layout, nested.data)
-    return np.concatenate([np.asarray(fit.log_density).ravel() for fit in found.fits])
+class Unseen:
+    """Models, each fitted without a quarter of all blocks in turn, judged by the readings left out."""
+
+    def __init__(
+        self,
+        nested: Nested,
+        models: Mapping[str, Fitted],
+        blocks: Int[np.ndarray, " error"],
+        *,
+        folds: int = 4,
+        steps: int = 10,
+        workers: int = 1,
+        tick: Tick = lambda: None,
+    ) -> None:
+        self.blocks = blocks
+        hidden = [
+            [b for b in np.unique(blocks) if b >= 0 and b % folds == fold] for fold in range(folds)
+        ]
+        rows = [
+            one.start._replace(data=without_blocks(one.data, blocks, some))
+            for one in models.values()
+            for some in hidden
+        ]
+        trained = fit_all(nested, rows, steps=steps, workers=workers, tick=tick)
+        whole = [
+            Start(fit.effects, fit.point, one.data)
+            for fit, one in zip(trained, [m for m in models.values() for _ in hidden], strict=True)
+        ]
+        seen = explained_all(nested, whole, workers)
+        scale = error_of_reading(nested)["mean"]
+        self.log_density: dict[str, Float[np.ndarray, " error"]] = {}
+        self.squares: dict[str, Float[np.ndarray, " error"]] = {}
+        for index, name in enumerate(models):
+            density, squares = np.zeros(blocks.size), np.zeros(blocks.size)
+            for fold, some in enumerate(hidden):
+                mine = np.isin(blocks, some)
+                found = seen[index * folds + fold]
+                parts = [np.asarray(fit.log_density).ravel() for fit in found.fits]
+                density[mine] = np.nan_to_num(np.concatenate(parts), nan=-1e3)[mine]
+                away = np.concatenate([np.asarray(one).ravel() for one in found.residuals])
+                squares[mine] = np.nan_to_num((away[mine] / scale[mine]) ** 2, nan=1e12)
+            self.log_density[name], self.squares[name] = density, squares
+
+    def gate(self, before: str, after: str) -> Gate:
+        """By what the readings left out say of two models."""
+        return gate_of(self.log_density[after] - self.log_density[before], self.blocks, "blocks")
+
+    def closed(self, before: str, after: str) -> float:
+        """Share of the squared misfit above the noise that `after` takes away, on readings left out."""
+        inside = self.blocks >= 0
+        gap = float(np.sum(self.squares[before][inside] - 1.0))
+        won = float(np.sum(self.squares[before][inside] - self.squares[after][inside]))
+        return won / gap if gap > 0.0 else 0.0
 
 
-def _gate(difference: np.ndarray, blocks: np.ndarray, by: str) -> Gate:
+def gate_of(
+    difference: Float[np.ndarray, " error"], blocks: Int[np.ndarray, " error"], by: str
+) -> Gate:
     """Sum over blocks, with the standard error that their scatter gives."""
     inside = blocks >= 0
     sums = np.bincount(blocks[inside], weights=difference[inside])
@@ -62,41 +106,23 @@ def _gate(difference: np.ndarray, blocks: np.ndarray, by: str) -> Gate:
     return Gate(float(sums.sum()), float(spread), by)
 
 
-def gate_by_runs(before: Explanation, after: Explanation, lines: Sequence[Trace]) -> Gate:
+def gate_by_runs(
+    nested: Nested,
+    before: Fitted,
+    after: Fitted,
+    lines: Sequence[Trace],
+    held: Sequence[str],
+    workers: int = 1,
+) -> Gate:
     """By runs that were held out, of which `before` and `after` have seen only the start.
 
     The log predictive density of a run given the others is the log evidence of all less that of the
-    others (Laplace): what is not known of the run's own start is integrated out. All runs move the fit,
-    which counts with its own motion there as without them.
+    others (Laplace): what is not known of the run's own start is integrated out.
     """
-    gain, difference = 0.0, np.zeros(before.fitted.errors.size)
-    for one, sign in ((after, 1.0), (before, -1.0)):
-        seen = _of_all_runs(one).fitted
-        gain += sign * (seen.log_evidence - one.fitted.log_evidence)
-        difference += sign * seen.log_densities
-    held = [line for line in lines if line.run in before.search.held]
-    blocks = blocks_of(held, np.abs(difference))
-    return replace(_gate(difference, blocks, "runs"), gain=gain)
-
-
-def _of_all_runs(one: Explanation) -> Explanation:
-    """The same model fitted to held-out runs too."""
-    search = replace(one.search, held=()).over(one.search.whole)
-    fitted = descend(search.train, one.fitted.effects, one.fitted.point, 0)
-    return Explanation(search, fitted).settled()
-
-
-def gate_by_blocks(
-    before: Explanation, after: Explanation, blocks: Float[np.ndarray, " error"]
-) -> Gate:
-    """By every run's blocks, a quarter of them left out in turn and predicted from the rest."""
-    difference = np.zeros(blocks.size)
-    for fold in range(FOLDS):
-        hidden = [b for b in np.unique(blocks) if b >= 0 and b % FOLDS == fold]
-        mine = np.isin(blocks, hidden)
-        for one, sign in ((after, 1.0), (before, -1.0)):
-            nested = one.search.train
-            part = without_blocks(nested, blocks, hidden)
-            trained = descend(part, one.fitted.effects, one.fitted.point, STEPS)
-            difference[mine] += sign * _densities(nested, trained)[mine]
-    return _gate(difference, blocks, "blocks")
+    rows = [one.start._replace(data=whole_weights(nested, one.data)) for one in (before, after)]
+    less, more = fit_all(nested, rows, workers=workers)
+    gain = (more.log_evidence - after.log_evidence) - (less.log_evidence - before.log_evidence)
+    difference = more.log_densities - less.log_densities
+    blocks = blocks_of([one for one in lines if one.run in held], in_dispute(more, less))
+    found = gate_of(difference, blocks, "runs")
+    return Gate(float(gain), found.se, "runs")

@@ -9,30 +9,20 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.stats import gumbel_r
 
-from muscle_bayes.discovery.conditions import Trace, traces
-from muscle_bayes.discovery.describe import where
+from muscle_bayes.discovery.conditions import Trace, is_settled, traces, where
+from muscle_bayes.discovery.fit import Fitted, fit_all, noise_names
+from muscle_bayes.discovery.nominal import error_of_reading, noise_by_regime, noise_of_reading
 from muscle_bayes.discovery.replicates import replicated_errors
-from muscle_bayes.discovery.settling import settled
-from muscle_bayes.discovery.tolerance import noise_by_regime
-from muscle_bayes.inference.search.descent import Fitted, descend
+from muscle_bayes.inference.model.noise import NoiseParameters
+from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
 from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.markup import html_table
 
-TOLERATED_TIME = {"slow": 20.0, "fast": 0.1}
-"""How long it lasts, s."""
-REPLICATES = 400
-"""Data sets without misfit, by which windows are judged."""
-COUNTED = 10
-"""Replicates as extreme from which on their share is the p-value."""
 LEAST_P = 1e-12
 """Smaller p-values are not told: no tail is known so far out."""
-SHORTEST = 8
-"""Intervals of the shortest window."""
 SIGNIFICANT = 0.0085
 """p-value, of all windows together, below which a misfit counts: odds of 9 at most against none."""
-MOST = 12
-"""Windows that are told."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +43,9 @@ class Located:
     """Probability of so large an excess in any window of any run, were there no misfit."""
     share: float
     """Of the excess of all runs."""
+    steps: float = np.inf
+    """RMS misfit above the noise of its mean readings, in steps of the sensor (or, where that is finer
+    than its noise, in standard deviations of a reading's)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,7 +62,13 @@ class MisfitMap:
 
     @property
     def significant(self) -> bool:
+        """Whether chance hardly leaves as much."""
         return self.p_value < SIGNIFICANT
+
+    @property
+    def steps(self) -> float:
+        """Size of the largest misfit of any window, in steps of the sensor; 0 where none is located."""
+        return max((one.steps for one in self.windows), default=0.0)
 
     def __repr__(self) -> str:
         found = f"{len(self.windows)} windows" if self.windows else "nothing"
@@ -92,40 +91,43 @@ class MisfitMap:
         return f"<p><b>Misfit map</b>: {escape(repr(self))}</p>{table}"
 
 
-def without_misfit(nested: Nested, fitted: Fitted) -> Fitted:
+def without_misfit(nested: Nested, fitted: Fitted, workers: int = 1) -> Fitted:
     """The same model fitted anew as if readings had nothing but noise, and a tolerated misfit."""
     names = nested.shared_names()
-    values, held = {}, []
+    point, held = fitted.point.copy(), []
     for regime, level in noise_by_regime(nested.problem).items():
-        values[f"{regime}.noise"] = level
         # What is tolerated is in the model already.
-        values[f"{regime}.discrepancy"] = 1e-3 * level
-        values[f"{regime}.correlation_time"] = TOLERATED_TIME[regime]
-    point = fitted.point.copy()
-    for name, value in values.items():
-        point[names.index(name)] = np.log(value)
-        held.append(name)
-    return descend(nested, fitted.effects, point, held=held)
+        noise = (level, 1e-3 * level, TYPICAL_MISFIT_TIME[regime])
+        for key, value in zip(NoiseParameters._fields, noise, strict=True):
+            held.append(f"{regime}.{key}")
+            point[names.index(held[-1])] = np.log(value)
+    (found,) = fit_all(nested, [fitted.start._replace(point=point)], held, workers=workers)
+    return found
 
 
-def locate(nested: Nested, fitted: Fitted, seed: int) -> MisfitMap:
-    """Windows of all lengths, in every run, against data sets that the model itself would give."""
-    judged = without_misfit(nested, fitted)
+def locate(
+    nested: Nested, fitted: Fitted, seed: int, *, replicates: int = 400, workers: int = 1
+) -> MisfitMap:
+    """Windows of all lengths, in every run, against `replicates` that the model itself would give."""
+    judged = without_misfit(nested, fitted, workers)
     lines = [_settled(line) for line in traces(nested, judged)]
     order = np.concatenate([line.place for line in lines])
-    free = np.array([not _is_noise(name) for name in nested.shared_names()])
+    names = np.array(nested.shared_names())
+    free = ~np.isin(names, noise_names(nested))
     free = np.concatenate([free, np.ones(judged.used - free.size, bool)])
+    information = np.asarray(judged.look.information)[: judged.used, : judged.used]
     found = scan(
         judged.errors[order],
         judged.jacobian[order][:, free],
-        judged.information[np.ix_(free, free)],
+        information[np.ix_(free, free)],
         [line.time.size for line in lines],
-        replicated_errors(nested, judged, REPLICATES, seed)[order],
+        replicated_errors(nested, judged, replicates, seed)[order],
     )
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
     whole = max(every, sum(found.excess(index).sum() for index in chosen), 1e-12)
-    windows = tuple(_told(lines, found, index, whole) for index in chosen)
+    error = error_of_reading(nested)["mean"]
+    windows = tuple(_told(nested, lines, found, index, whole, error) for index in chosen)
     return MisfitMap(windows, float(found.p_value.min()), every, tuple(lines))
 
 
@@ -211,18 +213,20 @@ def _normal_score(total: np.ndarray, mean: np.ndarray, deviation: np.ndarray) ->
 
 
 def of_largest(
-    score: Float[np.ndarray, " window"], extreme: Float[np.ndarray, " replicate"]
+    score: Float[np.ndarray, " window"],
+    extreme: Float[np.ndarray, " replicate"],
+    counted: int = 10,
 ) -> Float[np.ndarray, " window"]:
     """Probability that the largest score without misfit is as high, from that of many replicates.
 
-    Their share, and where fewer than COUNTED are as high, the tail of the Gumbel distribution with
+    Their share, and where fewer than `counted` are as high, the tail of the Gumbel distribution with
     their mean and variance, joined to it there. Source: Abrams, Kleinman and Kulldorff, International
     Journal of Health Geographics 9:61 (2010).
     """
     share = (1 + np.sum(extreme[None, :] >= score[:, None], axis=1)) / (extreme.size + 1)
     law = gumbel_r(*_by_moments(extreme))
-    joint = np.sort(extreme)[-COUNTED]
-    level = COUNTED / (extreme.size + 1)
+    joint = np.sort(extreme)[-counted]
+    level = counted / (extreme.size + 1)
     tail = level * np.exp(law.logsf(score) - law.logsf(joint))
     return np.where(score > joint, np.maximum(tail, LEAST_P), share)
 
@@ -233,10 +237,20 @@ def _by_moments(values: np.ndarray) -> tuple[float, float]:
     return float(np.mean(values)) - np.euler_gamma * scale, scale
 
 
-def _told(lines: Sequence[Trace], found: Scan, index: int, whole: float) -> Located:
+def _told(
+    nested: Nested,
+    lines: Sequence[Trace],
+    found: Scan,
+    index: int,
+    whole: float,
+    error: Float[np.ndarray, " error"],
+) -> Located:
     line = lines[found.run[index]]
+    run = next(run for run in nested.problem.runs if run.name == line.run)
+    step = max(run.output_sensor.resolution, noise_of_reading(run))
     offset = sum(one.time.size for one in lines[: found.run[index]])
     inside = slice(int(found.start[index]) - offset, int(found.end[index]) - offset)
+    above = float(np.mean(line.residual[inside] ** 2 - error[line.place[inside]] ** 2))
     own = np.zeros(line.time.size)
     own[inside] = found.excess(index)
     return Located(
@@ -248,27 +262,24 @@ def _told(lines: Sequence[Trace], found: Scan, index: int, whole: float) -> Loca
         unit=line.unit,
         p_value=float(found.p_value[index]),
         share=float(max(own.sum(), 0.0) / whole),
+        steps=float(np.sqrt(max(above, 0.0))) / step,
     )
 
 
 def _settled(line: Trace) -> Trace:
     if "T" not in line.signals:
         return line
-    return line.only(settled(line.time, line.signals["load"], line.signals["T"]))
-
-
-def _is_noise(name: str) -> bool:
-    return name.endswith((".noise", ".discrepancy", ".correlation_time"))
+    return line.only(is_settled(line.time, line.signals["load"], line.signals["T"]))
 
 
 def _windows(
-    sizes: Sequence[int],
+    sizes: Sequence[int], shortest: int = 8
 ) -> tuple[Int[np.ndarray, " w"], Int[np.ndarray, " w"], Int[np.ndarray, " w"]]:
     """First and last-plus-one error and run of every window: halves, quarters, ... each by half over."""
     starts, ends, owner, offset = [], [], [], 0
     for run, size in enumerate(sizes):
         length = size
-        while length >= min(SHORTEST, size) and length > 0:
+        while length >= min(shortest, size) and length > 0:
             for start in range(0, size - length + 1, max(length // 2, 1)):
                 starts.append(offset + start)
                 ends.append(offset + start + length)
@@ -278,11 +289,11 @@ def _windows(
     return np.array(starts), np.array(ends), np.array(owner)
 
 
-def _apart(found: Scan) -> list[int]:
+def _apart(found: Scan, most: int = 12) -> list[int]:
     """Significant windows that do not overlap, highest score first."""
     chosen: list[int] = []
     for index in np.argsort(-found.score):
-        if found.p_value[index] >= SIGNIFICANT or len(chosen) == MOST:
+        if found.p_value[index] >= SIGNIFICANT or len(chosen) == most:
             break
         begin, end = found.start[index], found.end[index]
         if all(end <= found.start[i] or begin >= found.end[i] for i in chosen):

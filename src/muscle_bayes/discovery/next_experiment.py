@@ -11,27 +11,16 @@ from muscle_bayes.bench.sequences import regimes
 from muscle_bayes.bench.sequences.sequence import Repeat, Stage
 from muscle_bayes.bench.sequences.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequences.sequence_file import to_toml
+from muscle_bayes.discovery.fit import Fitted, noise_names
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.model.problem import Lanes
-from muscle_bayes.inference.search.descent import Fitted
 from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.nested_programs import explained_at, slope_at
+from muscle_bayes.inference.search.nested_programs import explained_at, look_at
 from muscle_bayes.physics.schedule import Schedule
 
-FACTORS = (0.6, 1.0, 1.5)
-"""Loads that are tried, as shares of those of the runs."""
-SETTLED = 12.0
-"""Time for which a setpoint is held before the next, s."""
-NOISE = (".noise", ".discrepancy", ".correlation_time")
 FRESH = {"zero": 2.0, "start": 2.0, "hyst_force": 0.3}
 """Prior standard deviations of what is a new run's own [counts, counts, logarithm]."""
-COOLED = 1.0
-"""How near its setpoint a cooling muscle comes before it counts as reached, C."""
-OVERSHOT, MOST_OVERSHOT = 0.5, 4.5
-"""By how much of a climb, and by how many C at most, the bench's law heats too far."""
-SWINGING = 10.0
-"""Time for which it then swings about the setpoint, s."""
 
 
 @dataclass(frozen=True)
@@ -81,30 +70,45 @@ def thermal_of(nested: Nested) -> Thermal | None:
     return Thermal(float(np.median(room)), float(np.median(heating)), float(np.median(cooling)))
 
 
-def plans(room: float, loads: Sequence[float]) -> Iterator[Plan]:
+def plans(
+    room: float, loads: Sequence[float], factors: Sequence[float] = (0.6, 1.0, 1.5)
+) -> Iterator[Plan]:
     """Staircases and sawtooths, at lighter and heavier loads than those of the runs."""
-    for factor in FACTORS:
+    for factor in factors:
         for load in loads:
             mass = round(factor * load, 3)
             yield Plan("staircase", (mass,), regimes.staircase(room, (mass,), cycles=2))
             yield Plan("sawtooth", (mass,), regimes.sawtooth(room, (mass,)))
 
 
-def course(plan: Plan, thermal: Thermal, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and temperatures [C] at `size` + 1 even nodes over the logged part of a plan."""
+def course(
+    plan: Plan,
+    thermal: Thermal,
+    size: int,
+    *,
+    held: float = 12.0,
+    near: float = 1.0,
+    overshot: tuple[float, float] = (0.5, 4.5),
+    swinging: float = 10.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and temperatures [C] at `size` + 1 even nodes over the logged part of a plan.
+
+    A setpoint is held for `held` s before the next, and counts as reached within `near` C. The bench's
+    law heats too far by a share of the climb and so many C at most, and then swings for some seconds.
+    """
     times, levels = [0.0], [thermal.room]
     for stage in _logged(plan.sequence.run[0].stage):
         goal = thermal.room if stage.setpoint_a is None else max(stage.setpoint_a, thermal.room)
         here, hold = levels[-1], stage.duration
-        climbs = goal > here + COOLED
+        climbs = goal > here + near
         if hold is None:
-            hold = SETTLED + stage.wait + (SWINGING if climbs else 0.0)
+            hold = held + stage.wait + (swinging if climbs else 0.0)
         if climbs:
-            here = goal + min(OVERSHOT * (goal - here), MOST_OVERSHOT)
+            here = goal + min(overshot[0] * (goal - here), overshot[1])
             times.append(times[-1] + (here - levels[-1]) / thermal.heating)
             levels.append(here)
-        if here > goal + COOLED:
-            gap = max(goal + COOLED - thermal.room, COOLED)
+        if here > goal + near:
+            gap = max(goal + near - thermal.room, near)
             duration = np.log((here - thermal.room) / gap) / thermal.cooling
             steps = np.linspace(0.0, duration, 12)[1:]
             times += list(times[-1] + steps)
@@ -175,17 +179,17 @@ def _information(
     layout = nested.layout
     names = nested.shared_names()
     rival = second.point.copy()
-    for index, name in enumerate(names):
-        if name.endswith(NOISE):
-            rival[index] = first.point[index]
+    for index in [names.index(name) for name in noise_names(nested)]:
+        rival[index] = first.point[index]
     one, two = (
         explained_at(jnp.asarray(point), x.choice, layout, data).fits[group].errors
         for point, x in ((first.point, first), (rival, second))
     )
     difference = np.asarray(one - two)
-    slopes = np.asarray(
-        slope_at(jnp.asarray(first.point), first.choice, layout, data).errors[group]
-    )
+    seen = look_at(jnp.asarray(first.point), first.choice, layout, data)
+    begin = sum(one.weight.size for one in data.lanes[:group])
+    slopes = np.asarray(seen.jacobian)[:, begin : begin + imagined.weight.size]
+    slopes = slopes.reshape(-1, *imagined.weight.shape)
     known = first.precision.inverse()
     for index, name in enumerate(names):
         # A new run has a zero, a start and a HYST of its own.
@@ -226,6 +230,3 @@ def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
         jolted=jnp.zeros_like(lanes.jolted),
         swing=jnp.zeros_like(lanes.swing),
     )
-
-
-__all__ = ["Plan", "Thermal", "course", "plans", "propose", "thermal_of"]

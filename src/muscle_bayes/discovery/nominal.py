@@ -1,115 +1,130 @@
 """The most probable model without any candidate: where discovery starts from."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
-from numpyro import distributions as dist
+from jaxtyping import Float, Int
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.holding import without_runs
-from muscle_bayes.discovery.tolerance import tolerated
-from muscle_bayes.inference.model.density import unconstrain
-from muscle_bayes.inference.model.muscle_prior import strain_under
-from muscle_bayes.inference.model.problem import Problem, pose
-from muscle_bayes.inference.model.reduction import with_swings
-from muscle_bayes.inference.records.regime import regime_of
+from muscle_bayes.discovery.fit import Fitted, Start, fit_all, sampled_values, settled
+from muscle_bayes.inference.model.problem import Data, Problem, pose
+from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
 from muscle_bayes.inference.running.programs import constrained_at
-from muscle_bayes.inference.search.mode import Mode, find_mode, refine
+from muscle_bayes.inference.search.mode import find_mode
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.pivots import pivoted
-from muscle_bayes.physics.effect import MUSCLE_PORTS
-from muscle_bayes.physics.effects import effect_type
 
-FIXTURE_SPREAD = 0.1
-"""Standard deviation of log J and log D that runs without a muscle give to the search with one: more
-than they know, for a missing effect misleads them."""
+TOLERATED = {"slow": 0.15, "fast": 0.3, "imposed": 0.3}
+"""Lasting misfit that counts as none, in standard deviations of a reading's noise: temperatures between
+readings are guessed, and rounding biases the readings of a rotor at rest."""
 
 
-class Nominal(NamedTuple):
-    """A problem without candidates, and its mode."""
+def noise_of_reading(run: Run) -> float:
+    """White noise of one reading besides rounding [the log's unit], from third differences.
 
-    problem: Problem
-    """With segments' pivots, and with what inertia adds to slow motion."""
-    mode: Mode
+    A reading's third difference has 20 times its variance; the largest hundredth is left out, for
+    there the rotor jumps. What rounding adds, a twelfth of the squared resolution, is taken off.
+    """
+    third = np.abs(np.diff(run.table["reading"].to_numpy(), 3))
+    kept = third[third <= np.quantile(third, 0.99)] if third.size else np.zeros(1)
+    variance = np.mean(kept**2) / 20.0
+    rounding = run.output_sensor.resolution**2 / 12.0
+    return float(np.sqrt(max(variance - rounding, 0.04 * rounding, 1e-24)))
+
+
+def noise_by_regime(problem: Problem) -> dict[str, float]:
+    """Median noise of a reading over the runs of each regime [the log's unit]."""
+    levels: dict[str, dict[int, float]] = {}
+    for regime, owners in zip(problem.layout.regimes, problem.lane_runs, strict=True):
+        for owner in owners:
+            levels.setdefault(regime, {})[owner] = noise_of_reading(problem.runs[owner])
+    return {regime: float(np.median(list(found.values()))) for regime, found in levels.items()}
 
 
 def nominal(
     runs: Sequence[Run],
     friction: Friction,
     effects: Sequence[str],
+    candidates: Sequence[str],
+    hold_out: Sequence[str],
     seed: int,
-    hold_out: Sequence[str] = (),
-) -> Nominal:
-    """Search the mode of all runs: first of those without a muscle, then of those with one.
+    workers: int = 1,
+) -> tuple[Nested, Fitted]:
+    """The model that holds all candidates, and the fit without any, with its own motion.
 
-    Runs in `hold_out` count with their first part only.
+    Runs in `hold_out` count with their first part only, which tells their own start.
     """
-    key = jax.random.key(seed)
     problem = pose(runs, friction, effects)
-    seen = without_runs(problem, hold_out)
-    parts = [[run for run in runs if regime_of(run) == regime] for regime in ("fast", "slow")]
-    if not all(parts):
-        return _improved(problem, find_mode(key, seen.layout, seen.data), hold_out)
-    rotor = [name for name in effects if acts_on_rotor(name)]
-    first = without_runs(pose(parts[0], friction, rotor), hold_out)
-    found = find_mode(key, first.layout, first.data)
-    values = constrained_at(found.vector, first.layout, first.data)
-    known = {name: dist.LogNormal(np.log(values[name]), FIXTURE_SPREAD) for name in ("J", "D")}
-    second = without_runs(pose(parts[1], friction, effects, known), hold_out)
-    found = find_mode(key, second.layout, second.data)
-    muscle = _referred(constrained_at(found.vector, second.layout, second.data), second, problem)
-    # J and D as the runs without a muscle tell them: a larger D could hold their rotor still, and
-    # nothing would tell the descent how to free it.
-    both = muscle | values
-    start = Mode(unconstrain(both, problem.layout, problem.data), np.inf, jnp.zeros((0, 0)), 0)
-    return _improved(problem, refine(start, seen.layout, seen.data), hold_out)
-
-
-def _improved(problem: Problem, mode: Mode, hold_out: Sequence[str]) -> Nominal:
-    """With what inertia adds to slow motion at a mode, and that once more at the new mode."""
-    seen = without_runs(_solved(problem, mode), hold_out)
-    mode = refine(mode, seen.layout, seen.data)
-    return Nominal(_solved(problem, mode), mode)
-
-
-def _solved(problem: Problem, mode: Mode) -> Problem:
-    problem = replace(problem, data=pivoted(mode.vector, problem.layout, problem.data))
-    # Also where it is more than a fit would leave to slow motion: each candidate would cost minutes,
-    # and what inertia adds is found anew with every effect.
-    return with_swings(problem, constrained_at(mode.vector, problem.layout, problem.data))
-
-
-def acts_on_rotor(effect: str) -> bool:
-    """Whether an effect acts without a muscle as well."""
-    return effect_type(effect).port not in MUSCLE_PORTS
-
-
-def _referred(values: dict[str, Any], told: Problem, asked: Problem) -> dict[str, Array]:
-    """Values of a muscle's problem in the reference tension of another with more runs."""
-    before, after = told.data.tension, asked.data.tension
-    values = dict(values)
-    relaxed = values["taut_strain"] - strain_under(before, values)
-    return values | {"taut_strain": relaxed + strain_under(after, values)}
-
-
-def nest(start: Nominal, candidates: Sequence[str]) -> tuple[Nested, Float[np.ndarray, " n"]]:
-    """The nested model of these candidates over the nominal problem, and the nominal mode in it."""
-    problem = start.problem
-    kept = problem.layout.effects
-    posed = pose(problem.runs, problem.layout.friction, (*kept, *candidates))
-    layout = replace(
-        posed.layout, regimes=problem.layout.regimes, segmented=problem.layout.segmented
+    seen = without_runs(problem, problem.data, hold_out)
+    mode = find_mode(jax.random.key(seed), problem.layout, seen, workers=workers, most_starts=24)
+    data = pivoted(mode.vector, problem.layout, seen)
+    values = constrained_at(mode.vector, problem.layout, data)
+    posed = pose(runs, friction, (*effects, *candidates))
+    noise = noise_by_regime(posed)
+    tolerated = {regime: TOLERATED[regime] * level for regime, level in noise.items()}
+    whole = replace(posed, data=posed.data._replace(lanes=problem.data.lanes))
+    nested = Nested(whole, tolerated)
+    start = Start(
+        tuple(effects),
+        nested.point(values, effects),
+        posed.data._replace(lanes=data.lanes),
     )
-    data = posed.data._replace(lanes=problem.data.lanes)
-    whole = replace(
-        posed, layout=layout, data=data, lane_runs=problem.lane_runs, reduction=problem.reduction
-    )
-    nested = Nested(whole, tolerated(whole))
-    values = constrained_at(start.mode.vector, problem.layout, problem.data)
-    return nested, nested.point(values, kept)
+    (fitted,) = fit_all(nested, [start], workers=workers)
+    return nested, settled(nested, fitted, workers=workers)
+
+
+def nest(
+    nested: Nested, effects: Sequence[str], fits: Sequence[Fitted], slots: int
+) -> tuple[Nested, list[Fitted]]:
+    """The model that holds these effects instead of its candidates, and fits carried over to it."""
+    problem = nested.problem
+    posed = pose(problem.runs, problem.layout.friction, tuple(effects))
+    other = Nested(replace(posed, data=posed.data._replace(lanes=problem.data.lanes)), nested.least)
+    starts = [
+        Start(
+            one.effects,
+            other.point(sampled_values(nested, one), one.effects),
+            posed.data._replace(lanes=one.data.lanes),
+        )
+        for one in fits
+    ]
+    return other, fit_all(other, starts, steps=0)
+
+
+def without_runs(problem: Problem, data: Data, names: Collection[str]) -> Data:
+    """The data with only the first SETTLING_SHARE of these runs, which tells their own starts."""
+    lanes = []
+    for group, owners in zip(data.lanes, problem.lane_runs, strict=True):
+        runs = [problem.runs[owner] for owner in owners]
+        ends = [SETTLING_SHARE * r.duration if r.name in names else np.inf for r in runs]
+        seen = group.time <= jnp.asarray(ends)[:, None]
+        lanes.append(group._replace(weight=jnp.where(seen, group.weight, 0.0)))
+    return data._replace(lanes=tuple(lanes))
+
+
+def without_blocks(data: Data, blocks: Int[np.ndarray, " error"], chosen: Collection[int]) -> Data:
+    """The data without these blocks of readings."""
+    lanes, start = [], 0
+    for group in data.lanes:
+        own = blocks[start : start + group.weight.size].reshape(group.weight.shape)
+        start += group.weight.size
+        hidden = jnp.asarray(np.isin(own, list(chosen)))
+        lanes.append(group._replace(weight=jnp.where(hidden, 0.0, group.weight)))
+    return data._replace(lanes=tuple(lanes))
+
+
+def error_of_reading(nested: Nested) -> dict[str, Float[np.ndarray, " error"]]:
+    """Noise and rounding of the mean reading of each interval [the log's unit], by "mean" and "single"."""
+    noise, parts = noise_by_regime(nested.problem), {"mean": [], "single": []}
+    for lanes, regime in zip(nested.data.lanes, nested.layout.regimes, strict=True):
+        weight, quantum = np.asarray(lanes.weight), np.asarray(lanes.quantum)[:, None]
+        rounding = quantum**2 * np.asarray(lanes.coarse)
+        mean = np.sqrt(noise[regime] ** 2 / np.maximum(weight, 1.0) + rounding)
+        single = np.hypot(noise[regime], quantum / np.sqrt(12.0)) + np.zeros_like(weight)
+        parts["mean"].append(mean.ravel())
+        parts["single"].append(single.ravel())
+    return {key: np.concatenate(found) for key, found in parts.items()}

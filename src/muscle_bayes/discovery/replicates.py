@@ -10,31 +10,26 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm
 
-from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.discovery.fit import Fitted
 from muscle_bayes.inference.search.nested import Nested, values_at
-
-FINE = 3.0
-"""Noise in steps of the sensor from which on rounding is but noise."""
-PLACES = 64
-"""Places between two steps at which biases are tabulated."""
 
 
 def replicated_errors(
-    nested: Nested, fitted: Fitted, count: int, seed: int
+    nested: Nested, fitted: Fitted, count: int, seed: int, fine: float = 3.0
 ) -> Float[np.ndarray, "error replicate"]:
     """Standardised errors without misfit, in the order of `fitted.errors`.
 
-    Readings are rounded as the sensor rounds; where between two steps each run lies is drawn.
+    Readings are rounded as the sensor rounds, where noise is below `fine` of its steps; where between two steps each run lies is drawn.
     """
     rng = np.random.default_rng(seed)
-    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, nested.data)
+    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
     places = rng.uniform(0.0, 1.0, (len(nested.problem.runs), count))
     parts = []
     for lanes, regime, owners, residual in zip(
-        nested.data.lanes,
+        fitted.data.lanes,
         nested.layout.regimes,
         nested.problem.lane_runs,
-        fitted.found.residuals,
+        fitted.look.residuals,
         strict=True,
     ):
         noise, modelled = float(values[f"{regime}.noise"]), lanes.reading - np.asarray(residual)
@@ -42,7 +37,7 @@ def replicated_errors(
             normal, weight = rng.standard_normal((modelled.shape[1], count)), lanes.weight[lane]
             quantum, coarse = float(lanes.quantum[lane]), np.asarray(lanes.coarse[lane])[:, None]
             readings = np.maximum(np.asarray(weight), 1.0)[:, None]
-            if 0.0 < noise < FINE * quantum:
+            if 0.0 < noise < fine * quantum:
                 spread = noise / quantum
                 place = np.asarray(modelled[lane])[:, None] / quantum + places[owner]
                 error = rounded_errors(place, normal, readings, spread)
@@ -69,9 +64,9 @@ def rounded_errors(
     return np.where(readings > 1.0, mean, single)
 
 
-def _tables(spread: float) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+def _tables(spread: float, places: int = 64) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
     """Bias and standard deviation of a rounded reading, each with the places they are of."""
-    place = np.linspace(0.0, 1.0, PLACES + 1)
+    place = np.linspace(0.0, 1.0, places + 1)
     reach = int(np.ceil(6.0 * spread)) + 2
     told = np.arange(-reach, reach + 2)
     edges = (np.append(told - 0.5, told[-1] + 0.5) - place[:, None]) / spread

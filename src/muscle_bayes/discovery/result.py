@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from muscle_bayes.criticism.coverage import RunCheck
+from muscle_bayes.discovery.candidates import Visibility
 from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import Located, MisfitMap
-from muscle_bayes.discovery.naming import NONE, UNKNOWN, Naming
-from muscle_bayes.discovery.signatures import Regression
+from muscle_bayes.discovery.weigh import NONE, UNKNOWN, Naming
 from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.markup import html_table
 
@@ -75,6 +75,8 @@ class Step:
     after: Judged
     weakened: tuple[str, ...]
     """Parameters that the effect leaves undetermined."""
+    share: float | None = None
+    """Of the squared misfit that any model closes on unseen readings, what adding the effect closed."""
 
     def closed(self, run: str, floor: float) -> float | None:
         """Share of a run's squared misfit above the noise floor that adding the effect removed.
@@ -121,8 +123,8 @@ class Discovery:
     """Of the first step: every effect, none and unknown."""
     naming: Naming
     """The first step's comparison of named effects."""
-    regression: Regression
-    """The nominal model's misfit on the effects' signatures: what other methods would select from."""
+    visible: Visibility | None
+    """What these runs could show at all; None where the search ended before."""
     located: MisfitMap
     """Of the model that was started from."""
     nominal: Judged
@@ -132,6 +134,14 @@ class Discovery:
     """RMS of noise alone in each run's mean readings [the log's unit]."""
     next_experiment: NextExperiment | None
     stopped_because: str
+    checks: tuple[str, ...]
+    """Of Laplace's approximation against sampled posteriors, and what these say."""
+    not_searched: tuple[str, ...]
+    """What an interrupt or the budget left out."""
+    remainder: "Step | None"
+    """A function that describes what named effects leave, where they close nearly all of the gap."""
+    smallest: float
+    """Misfit that counts, in steps of the sensor."""
     seed: int
 
     @property
@@ -164,6 +174,13 @@ class Discovery:
             if self.next_experiment is None
             else asdict(self.next_experiment),
             "stopped_because": self.stopped_because,
+            "visible": None if self.visible is None else asdict(self.visible),
+            "checks": list(self.checks),
+            "not_searched": list(self.not_searched),
+            "remainder": None
+            if self.remainder is None
+            else _step(self.remainder, self.held_out, self.floor),
+            "smallest_misfit_steps": self.smallest,
             "held_out": list(self.held_out),
             "seed": self.seed,
         }
@@ -196,6 +213,7 @@ def _window(one: Located) -> dict[str, Any]:
         "unit": one.unit,
         "p_value": one.p_value,
         "share": one.share,
+        "sensor_steps": one.steps,
     }
 
 
@@ -237,6 +255,7 @@ def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict
         "gate": {**asdict(step.gate), "passed": step.gate.passed},
         "closed": {run: step.closed(run, floor[run]) for run in step.after.checks},
         "undetermined": list(step.weakened),
+        "share": step.share,
     }
 
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from muscle_bayes.discovery.naming import NONE, UNKNOWN
 from muscle_bayes.discovery.result import Curve, Discovery, Step
+from muscle_bayes.discovery.weigh import NONE, UNKNOWN
 
 SIGNAL_WORDS = {
     "q": "angle or position",

@@ -159,7 +159,7 @@ def settled_starts(problem: Problem, draws: Draws, seed: int) -> dict[str, Array
         return of_rows(_misfit, rows, problem.layout)
 
     starts = np.asarray(unknowns.start)
-    rows = least_squares(looker, list(starts), None, SETTLING_STEPS)
+    rows = least_squares(looker, list(starts), (), SETTLING_STEPS)
     mode = np.stack([row.point for row in rows])
     information = np.stack([np.asarray(row.look.information) for row in rows])
     covariance = np.linalg.inv(information)

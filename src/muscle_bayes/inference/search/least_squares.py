@@ -4,12 +4,12 @@ optimistix solves one problem a call. Here rows of a batch differ in what is fre
 by one, and stop early where they fall behind; what is evaluated together is left to the caller.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from muscle_bayes.inference.search.factored import FactoredPrecision
 
@@ -54,51 +54,56 @@ type Looker[L: Look] = Callable[[Sequence[np.ndarray], Sequence[int]], Sequence[
 def least_squares[L: Look](
     looker: Looker[L],
     starts: Sequence[np.ndarray],
-    free: Bool[np.ndarray, " n"] | None = None,
+    held: Sequence[int] = (),
     steps: int = 60,
     *,
     least_gain: float = 1e-3,
     longest: float = 2.0,
     behind: float = np.inf,
+    groups: Sequence[Hashable] | None = None,
 ) -> list[Row[L]]:
     """Descend from every start, damped until a step descends.
 
     Args:
         looker: evaluates points of several rows.
         starts: first points.
-        free: entries that may move; default: all.
+        held: entries that stay.
         steps: most trials of a step for each row.
         least_gain: decrease of the potential below which a row ends, made or promised.
         longest: longest step of any entry; many prior standard deviations at once leave the region in
             which the model is good. A step that was cut short ends no row.
-        behind: rows whose potential is higher than the least by more than this rest.
+        behind: rows whose potential is higher than the least of their group by more than this rest.
+        groups: of each row; default: all rows are one.
 
     Returns:
         A row for each start. Starts that cannot be evaluated have the potential inf.
     """
+    groups = [0] * len(starts) if groups is None else groups
     looks = looker(starts, range(len(starts)))
     rows = [Row(np.asarray(p, float), look) for p, look in zip(starts, looks, strict=True)]
     for _ in range(steps):
-        best = min((row.potential for row in rows), default=np.inf)
+        best: dict[Hashable, float] = {}
+        for group, row in zip(groups, rows, strict=True):
+            best[group] = min(row.potential, best.get(group, np.inf))
         active = [
             index
             for index, row in enumerate(rows)
-            if not row.ended and np.isfinite(row.potential) and row.potential <= best + behind
+            if not row.ended
+            and np.isfinite(row.potential)
+            and row.potential <= best[groups[index]] + behind
         ]
         if not active:
             break
-        trials = [rows[i].point + damped_move(rows[i], free, longest) for i in active]
+        trials = [rows[i].point + damped_move(rows[i], held, longest) for i in active]
         for index, trial, look in zip(active, trials, looker(trials, active), strict=True):
             rows[index] = _judged(rows[index], Row(trial, look), least_gain, longest)
     return rows
 
 
-def damped_move(
-    row: Row, free: Bool[np.ndarray, " n"] | None, longest: float
-) -> Float[np.ndarray, " n"]:
-    """Minimum of g'd + d'(I + damping diag I)d / 2 in the free entries, cut to `longest` in any."""
+def damped_move(row: Row, held: Sequence[int], longest: float) -> Float[np.ndarray, " n"]:
+    """Minimum of g'd + d'(I + damping diag I)d / 2 but in the entries held, cut to `longest` in any."""
     gradient, information = np.asarray(row.look.gradient), np.asarray(row.look.information)
-    chosen = np.arange(gradient.size) if free is None else np.flatnonzero(free)
+    chosen = np.setdiff1d(np.arange(gradient.size), np.asarray(held, int))
     part = information[np.ix_(chosen, chosen)]
     move = np.zeros(gradient.size)
     damped = FactoredPrecision(part + row.damping * np.diag(np.diag(part)))

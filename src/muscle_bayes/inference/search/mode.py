@@ -81,14 +81,14 @@ def _descended(
     starts: Sequence[Array],
     layout: Layout,
     data: Data,
-    free: np.ndarray | None = None,
+    held: Sequence[int] = (),
     steps: int = 60,
     workers: int = 1,
 ) -> list[Row[_Seen]]:
     def looker(points: Sequence[np.ndarray], _: Sequence[int]) -> list[_Seen]:
         return of_rows(_seen_at, [(point, data) for point in points], layout, workers)
 
-    return least_squares(looker, [np.asarray(start) for start in starts], free, steps)
+    return least_squares(looker, [np.asarray(start) for start in starts], held, steps)
 
 
 def _as_mode(row: Row[_Seen]) -> Mode:
@@ -157,8 +157,8 @@ def _shaped(
     while all else is wrong, their prior alone would pull a spring open that has to be shut.
     """
     names = entry_names(layout)
-    free = ~is_noise(names)
-    held = np.isin(names, MINIMUM_FORCES)
+    noise = np.flatnonzero(is_noise(names))
+    forces = np.flatnonzero(np.isin(names, MINIMUM_FORCES))
     vectors = list(starts)
 
     def misfits(seen: Data) -> list:
@@ -167,8 +167,8 @@ def _shaped(
     for count, share in enumerate((*shares, 1.0, 1.0, 1.0)):
         seen = up_to(share, layout, data)
         tempered = [misfit.white for misfit, _ in misfits(seen)]
-        moving = free & ~held if count == 0 else free
-        rows = _descended(tempered, layout, seen, moving, 15, workers)
+        held = np.concatenate([noise, forces]) if count == 0 else noise
+        rows = _descended(tempered, layout, seen, list(held), 15, workers)
         vectors = [jnp.asarray(row.point) for row in rows]
     return [_Shape(level, misfit.lasting, float(misfit.ratio)) for misfit, level in misfits(data)]
 

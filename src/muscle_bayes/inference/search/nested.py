@@ -1,7 +1,7 @@
 """One model that holds every candidate effect: each candidate is the same program, others off."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import jax
@@ -10,20 +10,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.model.density import (
-    constrain,
-    entries_named,
-    log_prior_entries,
-)
+from muscle_bayes.inference.model.density import constrain, log_prior_entries
 from muscle_bayes.inference.model.lane_model import Physical, Values, part_names
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX, SIGNALS, function_type
 from muscle_bayes.physics.muscle import MuscleParameters
-
-SLOT_STEP = 8
-"""Entries of the vector for effects' parameters come in multiples of this, for few shapes to compile."""
-
 
 class Choice(NamedTuple):
     """Which effects are on, as arrays: candidates share compiled code."""
@@ -51,17 +43,17 @@ class Nested:
     least: Mapping[str, float] = field(default_factory=dict)
     """Of each regime, the size of a lasting discrepancy that is always allowed [log's unit]: an effect
     that explains less says nothing about the plant."""
-
-    def on(self, problem: Problem) -> "Nested":
-        """The same model on other data."""
-        return replace(self, problem=problem)
+    slots: int = 8
+    """Entries of a point for effects' parameters; more only where a model has more: one shape to compile."""
 
     @property
     def layout(self) -> Layout:
+        """Of the problem."""
         return self.problem.layout
 
     @property
     def data(self) -> Data:
+        """Of the problem."""
         return self.problem.data
 
     @property
@@ -71,24 +63,23 @@ class Nested:
 
     def choice(self, effects: Sequence[str]) -> Choice:
         """The model with these effects on, in any order."""
-        layout, position = self.layout, _positions(self.layout)
-        names, leaves = self.slots_of(effects), _effect_leaves(layout)
-        slots = -(-max(len(names), 1) // SLOT_STEP) * SLOT_STEP
-        unused = slots - len(names)
-        size, count = int(sum(_sizes(layout))), len(_leaf_names(layout))
+        layout, sizes = self.layout, _sizes(self.layout)
+        position = dict(
+            zip((n for n, _ in layout.shapes), np.cumsum([0, *sizes]).tolist(), strict=False)
+        )
+        names, leaves = self.slots_of(effects), _leaf_names(layout)
+        unused = max(self.slots - len(names), 0)
         acting = {general(name) for name in effects}
+        least = {
+            f"{regime}.least": jnp.asarray(float(self.least.get(regime, 0.0)))
+            for regime in sorted(set(layout.regimes))
+        }
         return Choice(
             on=jnp.array([float(name in acting) for name in layout.effects]),
-            slot=jnp.array([position[name] for name in names] + [size] * unused, jnp.int32),
-            leaf=jnp.array([leaves[name] for name in names] + [count] * unused, jnp.int32),
-            constants=_constants(layout, effects) | self._least(),
+            slot=jnp.array([position[n] for n in names] + [int(sizes.sum())] * unused, jnp.int32),
+            leaf=jnp.array([leaves.index(n) for n in names] + [len(leaves)] * unused, jnp.int32),
+            constants=_constants(layout, effects) | least,
         )
-
-    def _least(self) -> dict[str, Array]:
-        return {
-            f"{regime}.least": jnp.asarray(float(self.least.get(regime, 0.0)))
-            for regime in sorted(set(self.layout.regimes))
-        }
 
     def slots_of(self, effects: Sequence[str]) -> list[str]:
         """Names of the quantities in the slots of `choice(effects)` that are used."""
@@ -98,26 +89,16 @@ class Nested:
 
     def point(self, values: Values, effects: Sequence[str]) -> Float[np.ndarray, " n"]:
         """The point of these sampled values with these effects on."""
-        parts = []
-        for name, of_effect in zip(
-            [name for name, _ in self.layout.shapes], _of_effects(self.layout), strict=True
-        ):
-            if not of_effect:
-                parts.append(np.ravel(self._free(name, values[name])))
-        slots = np.zeros(self.choice(effects).slot.size)
-        for index, name in enumerate(self.slots_of(effects)):
-            slots[index] = self._free(name, values[name])
-        return np.concatenate([*parts, slots])
+        own = zip(self.layout.shapes, _of_effects(self.layout), strict=True)
+        shared = [self._free(name, values[name]) for (name, _), of_effect in own if not of_effect]
+        slots = [self._free(name, values[name]) for name in self.slots_of(effects)]
+        unused = np.zeros(self.choice(effects).slot.size - len(slots))
+        return np.concatenate([*map(np.ravel, shared), np.array(slots), unused])
 
     def _free(self, name: str, value: Any) -> np.ndarray:
         """A sampled quantity's unconstrained value."""
         transform = biject_to(self.data.priors[name].support)
         return np.asarray(transform.inv(jnp.asarray(value)))
-
-    def entries_named(self, ending: str) -> Int[np.ndarray, " entry"]:
-        """Entries of a point that all candidates share and whose names end so."""
-        shapes = zip(self.layout.shapes, _of_effects(self.layout), strict=True)
-        return entries_named(ending, [one for one, of_effect in shapes if not of_effect])
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""
@@ -126,8 +107,7 @@ class Nested:
             self.layout.shapes, _of_effects(self.layout), strict=True
         ):
             if not of_effect:
-                count = int(np.prod(shape))
-                names += [name] if not shape else [f"{name}[{i}]" for i in range(count)]
+                names += [f"{name}[{i}]" for i in range(shape[0])] if shape else [name]
         return names
 
 
@@ -136,15 +116,16 @@ def general(effect: str) -> str:
     return effect.partition("(")[0]
 
 
+def is_function(effect: str) -> bool:
+    """Whether it is a function that nobody has named."""
+    return effect.startswith(f"{PREFIX}-")
+
+
 def _constants(layout: Layout, effects: Sequence[str]) -> dict[str, Array]:
     """Constants of the layout's functions: of those that are on, signal and range."""
-    chosen = {
-        general(name): function_type(name) for name in effects if name.startswith(f"{PREFIX}-")
-    }
+    chosen = {general(name): function_type(name) for name in effects if is_function(name)}
     constants = {}
-    for name in layout.effects:
-        if not name.startswith(f"{PREFIX}-"):
-            continue
+    for name in filter(is_function, layout.effects):
         kind = chosen.get(name)
         for signal in SIGNALS:
             constants[f"{name}.w_{signal}"] = float(kind is not None and kind.signal == signal)
@@ -161,48 +142,35 @@ def _of_effects(layout: Layout) -> np.ndarray:
     return np.array([name.split(".")[0] in layout.effects for name, _ in layout.shapes])
 
 
-def _positions(layout: Layout) -> dict[str, int]:
-    starts = np.concatenate([[0], np.cumsum(_sizes(layout))])
-    return {name: int(at) for (name, _), at in zip(layout.shapes, starts[:-1], strict=True)}
-
-
-def _shared_entries(layout: Layout) -> np.ndarray:
-    return np.flatnonzero(np.repeat(~_of_effects(layout), _sizes(layout)))
-
-
 def _leaf_names(layout: Layout) -> list[str]:
     """Names of the leaves of Physical, in their order."""
-    muscle = None
-    if any(name == "F_modulus_min" for name, _ in layout.shapes):
-        muscle = MuscleParameters(*MuscleParameters.__annotations__)
+    sampled = {name for name, _ in layout.shapes}
+    muscle = MuscleParameters(*MuscleParameters.__annotations__)
     effects = tuple(
         {key: f"{name}.{key}" for key in effect_type(name).parameters} for name in layout.effects
     )
     parts = {name: name for name in part_names(layout)}
-    sampled = {name for name, _ in layout.shapes}
-    inertia, friction = (name if name in sampled else None for name in ("J", "D"))
-    return jax.tree.leaves(Physical(inertia, friction, muscle, effects, parts))
-
-
-def _effect_leaves(layout: Layout) -> dict[str, int]:
-    return {
-        name: index
-        for index, name in enumerate(_leaf_names(layout))
-        if name.split(".")[0] in layout.effects
-    }
+    return jax.tree.leaves(
+        Physical(
+            "J" if "J" in sampled else None,
+            "D" if "D" in sampled else None,
+            muscle if "F_modulus_min" in sampled else None,
+            effects,
+            parts,
+        )
+    )
 
 
 def shared_leaves(layout: Layout) -> np.ndarray:
     """Places of the leaves of Physical that all candidates share."""
-    return np.flatnonzero(
-        [name.split(".")[0] not in layout.effects for name in _leaf_names(layout)]
-    )
+    return np.flatnonzero([n.split(".")[0] not in layout.effects for n in _leaf_names(layout)])
 
 
 def _full(point: Float[Array, " n"], choice: Choice, layout: Layout) -> Float[Array, " full"]:
     """The layout's unconstrained vector: effects that have no slot at 0."""
-    entries = _shared_entries(layout)
-    full = jnp.zeros(int(sum(_sizes(layout)))).at[entries].set(point[: entries.size])
+    sizes = _sizes(layout)
+    entries = np.flatnonzero(np.repeat(~_of_effects(layout), sizes))
+    full = jnp.zeros(int(sizes.sum())).at[entries].set(point[: entries.size])
     return full.at[choice.slot].set(point[entries.size :], mode="drop")
 
 
@@ -219,23 +187,15 @@ def values_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: D
     return values | choice.constants
 
 
-def _acting(choice: Choice, layout: Layout) -> Float[Array, " full"]:
-    """1 for entries of the layout's vector that mean something in this model, else 0."""
-    always = len(layout.effects)
-    effects = {name: place for place, name in enumerate(layout.effects)}
-    places = [effects.get(name.split(".")[0], always) for name, _ in layout.shapes]
-    sampled = [float(name not in choice.constants) for name, _ in layout.shapes]
-    sizes = _sizes(layout)
-    on = jnp.append(choice.on, 1.0)
-    return on[np.repeat(places, sizes)] * np.repeat(sampled, sizes)
-
-
 def log_prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Float[Array, ""]:
     """Log prior density of a point, of shared entries and used slots."""
-    full = _full(point, choice, layout)
-    total = jnp.sum(_acting(choice, layout) * log_prior_entries(full, layout, data))
+    full, sizes = _full(point, choice, layout), _sizes(layout)
+    places = {name: place for place, name in enumerate(layout.effects)}
+    place = [places.get(name.split(".")[0], len(places)) for name, _ in layout.shapes]
+    sampled = [float(name not in choice.constants) for name, _ in layout.shapes]
+    acting = jnp.append(choice.on, 1.0)[np.repeat(place, sizes)] * np.repeat(sampled, sizes)
+    total = jnp.sum(acting * log_prior_entries(full, layout, data))
     unused = choice.slot >= full.size
-    total -= 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))
-    return total
+    return total - 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))

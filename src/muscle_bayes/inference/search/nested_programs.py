@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.density import LaneFit, explained
@@ -23,6 +22,7 @@ from muscle_bayes.inference.model.lane_model import (
 )
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout
 from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.nested import Choice, log_prior_at, shared_leaves, values_at
 
 
@@ -145,40 +145,62 @@ def explained_at(
     return _explained(point, choice, layout, data)
 
 
-class Slope(NamedTuple):
-    """Derivatives at a point."""
+class Look(NamedTuple):
+    """A point with its derivatives, as least squares looks at it. Errors are those of all groups, flat."""
 
+    potential: Float[Array, ""]
     gradient: Float[Array, " n"]
-    """Of the potential."""
-    errors: list[Float[Array, "n lane interval"]]
-    """Of every standardised one-step-ahead error."""
-    scales: list[Float[Array, "n lane interval"]]
-    """Of the log of every error's standard deviation."""
+    information: Float[Array, "n n"]
+    """Fisher information of the likelihood plus the prior's precision."""
     prior: Float[Array, " n"]
     """Diagonal of the prior's precision."""
+    errors: Float[Array, " error"]
+    """Standardised one-step-ahead errors; 0 where nothing is observed."""
+    log_densities: Float[Array, " error"]
+    """Of each observed reading given the earlier ones; 0 where none."""
+    jacobian: Float[Array, "n error"]
+    """Derivatives of the errors."""
+    residuals: list[Float[Array, "lane interval"]]
+    """Reading minus model [log's unit]."""
+    hyst: list[Float[Array, "lane interval"]]
+    """sigma_hyst of side A."""
 
-    @property
-    def finite(self) -> bool:
-        """Whether all are. Of steps that diverge, cut off by an endstop, readings are and these are not."""
-        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self))
+
+def _flat(parts: list[Array]) -> Array:
+    return jnp.concatenate([part.ravel() for part in parts])
 
 
 @Program
-def slope_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Slope:
-    """Derivatives of the potential and of the errors at a point, by forward mode."""
+def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Look:
+    """A point and its derivatives, by forward mode.
 
-    def judged(point: Array) -> tuple[Array, list[Array], list[Array]]:
+    The information of normal errors e = r / s is (de)(de)' + (d ln s)(d ln s)'. Errors alone would tell
+    half of what is known of noise parameters, whose steps would then be twice too long.
+    """
+
+    def judged(point: Array) -> tuple[tuple[Array, Array, Array], Explained]:
         found = _explained(point, choice, layout, data)
-        errors = [fit.errors for fit in found.fits]
-        return found.potential, errors, [fit.log_scale for fit in found.fits]
+        errors = _flat([fit.errors for fit in found.fits])
+        return (found.potential, errors, _flat([fit.log_scale for fit in found.fits])), found
 
-    def along(direction: Array) -> tuple[Array, list[Array], list[Array]]:
-        return jax.jvp(judged, (point,), (direction,))[1]
+    def along(direction: Array) -> tuple[tuple[Array, Array, Array], Explained]:
+        return jax.jvp(judged, (point,), (direction,), has_aux=True)[1:]
 
-    gradient, errors, scales = jax.vmap(along)(jnp.eye(point.size))
+    (gradient, errors, scales), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
 
     def slope(point: Array) -> Array:
         return jax.grad(log_prior_at)(point, choice, layout, data)
 
     prior = -jax.jvp(slope, (point,), (jnp.ones_like(point),))[1]
-    return Slope(gradient, errors, scales, prior)
+    precision = jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
+    return Look(
+        potential=found.potential,
+        gradient=gradient,
+        information=errors @ errors.T + scales @ scales.T + precision,
+        prior=prior,
+        errors=_flat([fit.errors for fit in found.fits]),
+        log_densities=_flat([fit.log_density for fit in found.fits]),
+        jacobian=errors,
+        residuals=found.residuals,
+        hyst=found.hyst,
+    )

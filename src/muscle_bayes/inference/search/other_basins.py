@@ -1,5 +1,7 @@
 """The same point in other basins: with a spring opening elsewhere, with a run beginning otherwise."""
 
+from collections.abc import Sequence
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -25,16 +27,16 @@ def _levels(layout: Layout, data: Data) -> dict[str, Float[Array, " level"]]:
 
 
 def alternatives(
-    point: Float[np.ndarray, " n"], layout: Layout, data: Data
+    point: Float[np.ndarray, " n"], quantities: Sequence[str], layout: Layout, data: Data
 ) -> list[tuple[int, float, float]]:
-    """Entry, another value of it, and the least change of a predicted reading, in its expected noise,
+    """Of a vector of these `quantities`: entry, another value of it, and the least change of a predicted reading, in its expected noise,
     that makes it another shape.
 
     Each minimum force at quantiles of its prior: while the tension stays on one side of it, nothing tells
     a descent what lies on the other. And each run's HYST begun as in the median run, of two as in the
     other one: a rotor that is held from the first row on hides where in its dead band it is.
     """
-    names = np.array(entry_names(layout))
+    names = np.array(quantities)
     if not np.isin(MINIMUM_FORCES, names).any():
         return []
     found = [
@@ -69,7 +71,7 @@ def with_other_basins(
         )
 
     point = np.asarray(vector)
-    others = alternatives(point, layout, data)
+    others = alternatives(point, entry_names(layout), layout, data)
     known = {0.01: [readings(point)], 1.0: [readings(point)]} if others else {}
     found = []
     for entry, value, seen in others:

@@ -74,7 +74,7 @@ def pivoted(vector: Float[Array, " n"], layout: Layout, data: Data, steps: int =
         whole = jax.tree.map(lambda *x: np.concatenate(x), *parts)
         return [_Start(*(leaf[i] for leaf in whole)) for i in index]
 
-    rows = least_squares(looker, list(here), None, steps, longest=np.inf)
+    rows = least_squares(looker, list(here), (), steps, longest=np.inf)
     return moved(np.stack([row.point for row in rows]))
 
 

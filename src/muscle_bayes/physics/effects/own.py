@@ -24,10 +24,28 @@ AnyEffectType = type[Effect] | type[TemperatureFilter]
 def own_effects() -> dict[str, AnyEffectType]:
     """Effects that are not of this package, by name. Raises MuscleBayesError where one cannot be had."""
     named = os.environ.get(FILES, "")
-    found = dict(_installed())
+    found = _installed() | _GIVEN
     for path in filter(None, named.split(os.pathsep)):
         found |= _of_file(Path(path).resolve())
     return found
+
+
+_GIVEN: dict[str, AnyEffectType] = {}
+
+
+def given(effect: AnyEffectType) -> str:
+    """Make a class known by its name, as those of files are; its name is returned.
+
+    Raises MuscleBayesError where it is no effect, or lacks what an effect has.
+    """
+    whole = isinstance(effect, type) and issubclass(effect, (Effect, TemperatureFilter))
+    if not (whole and all(hasattr(effect, key) for key in ("name", "port", "parameters"))):
+        raise MuscleBayesError(
+            f"{effect!r} is no effect. Fix: give names of the catalogue, or subclasses of "
+            "muscle_bayes.physics.effect.Effect with name, port and parameters."
+        )
+    _GIVEN[effect.name] = effect
+    return effect.name
 
 
 def own_sources() -> dict[str, str]:

@@ -1,24 +1,22 @@
-"""Which effect is missing: a probability for each, for none, and for something unknown."""
+"""Weigh: a probability for each effect, for none, and for something unknown."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from muscle_bayes.inference.search.descent import Fitted
+from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.discovery.fit import Fitted
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
 """Prior probability that nothing is missing; candidates share the rest equally."""
 PRIOR_UNKNOWN = 0.05
 """Prior probability of something unknown, against everything known."""
-RESAMPLES = 400
 CLAIM = 0.9
 """Probability that something is missing from which on it is claimed."""
-TIED = 0.1
-"""Effects are told as a tie with the likeliest when at least this share as probable."""
 
 
 def unexplained(p_value: float) -> float:
@@ -68,6 +66,30 @@ class Naming:
         return replace(self, probabilities=found | {NONE: 1.0 / (1.0 + limit)})
 
     @property
+    def order(self) -> list[str]:
+        """All names, likeliest first."""
+        return sorted(self.probabilities, key=lambda name: -self.probabilities[name])
+
+    def with_far(self, far: Mapping[str, float], near: Mapping[str, float]) -> "Naming":
+        """The same with candidates too far behind to be weighed, whose log evidence stands beside the
+        near ones' of the same search."""
+        top = max(near, key=lambda name: near[name], default=None)
+        share = 0.0 if top is None else self.probabilities[top]
+        lag = {name: np.exp(min(e - near[top], 0.0)) if top else 0.0 for name, e in far.items()}
+        return self.corrected({}, {name: share * float(x) for name, x in lag.items()})
+
+    def corrected(
+        self, log_factors: Mapping[str, float], more: Mapping[str, float] | None = None
+    ) -> "Naming":
+        """Probabilities times exp(log factor), with `more` of them; they sum to 1 again."""
+        raised = {
+            name: p * float(np.exp(np.clip(log_factors.get(name, 0.0), -50.0, 50.0)))
+            for name, p in self.probabilities.items()
+        } | dict(more or {})
+        total = sum(raised.values())
+        return replace(self, probabilities={name: p / total for name, p in raised.items()})
+
+    @property
     def best(self) -> str:
         """The likeliest candidate."""
         return max(
@@ -82,10 +104,10 @@ class Naming:
 
     @property
     def tie(self) -> tuple[str, ...]:
-        """Effects that the data cannot tell apart, likeliest first; empty if one stands alone."""
+        """Effects that the data cannot separate, a tenth as likely as the likeliest or more, likeliest first."""
         named = {name: p for name, p in self.probabilities.items() if name != NONE}
         order = sorted(named, key=lambda name: -named[name])
-        close = [name for name in order if named[name] >= TIED * named[order[0]]]
+        close = [name for name in order if named[name] >= 0.1 * named[order[0]]]
         return tuple(close) if len(close) > 1 and self.claims else ()
 
     def with_unknown(self, odds: float, odds_against_none: float = 1.0) -> dict[str, float]:
@@ -107,23 +129,29 @@ def _block_scores(fitted: Fitted, blocks: np.ndarray) -> Float[np.ndarray, " blo
 
 
 def weigh(
-    none: Fitted, candidates: Mapping[str, Fitted], blocks: Float[np.ndarray, " error"], seed: int
+    none: Fitted,
+    candidates: Mapping[str, Fitted],
+    blocks: Int[np.ndarray, " error"],
+    seed: int,
+    resamples: int = 400,
+    among: int | None = None,
 ) -> Naming:
     """Probabilities of candidates by evidence, with what chance the readings alone leave in it.
 
     Each candidate's log evidence is its log likelihood, block by block, plus what prior and volume
     of the posterior add (Laplace). The blocks are resampled with Dirichlet weights (Bayesian
     bootstrap) and the posterior probabilities averaged: a lead that rests on few blocks is worth
-    less. Source: Yao et al., Bayesian Analysis 13 (2018), section 3.4 (pseudo-BMA+).
+    less. The prior that none leaves is shared by all candidates that were searched, `among` them these.
+    Source: Yao et al., Bayesian Analysis 13 (2018), section 3.4 (pseudo-BMA+).
     """
     names = [NONE, *candidates]
     fits = [none, *candidates.values()]
     scores = np.stack([_block_scores(one, blocks) for one in fits])
     occam = np.array([one.occam for one in fits])
-    share = (1.0 - PRIOR_NONE) / max(len(candidates), 1)
+    share = (1.0 - PRIOR_NONE) / max(among or len(candidates), 1)
     prior = np.log([PRIOR_NONE] + [share] * len(candidates))
     rng = np.random.default_rng(seed)
-    weights = rng.dirichlet(np.ones(scores.shape[1]), RESAMPLES) * scores.shape[1]
+    weights = rng.dirichlet(np.ones(scores.shape[1]), resamples) * scores.shape[1]
     log_evidence = weights @ (scores - scores[0]).T + occam - occam[0] + prior
     weighed = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
     mean = (weighed / weighed.sum(axis=1, keepdims=True)).mean(axis=0)
@@ -136,3 +164,66 @@ def weigh(
             for name, one in zip(names, fits, strict=True)
         },
     )
+
+
+def linear(log_bayes_factors: Mapping[str, float]) -> Naming:
+    """Probabilities from evidence in the linearised model, where no candidate was fitted."""
+    share = (1.0 - PRIOR_NONE) / max(len(log_bayes_factors), 1)
+    odds = {n: share * float(np.exp(np.clip(x, -50.0, 50.0))) for n, x in log_bayes_factors.items()}
+    total = PRIOR_NONE + sum(odds.values())
+    found = {NONE: PRIOR_NONE / total} | {name: x / total for name, x in odds.items()}
+    return Naming(found, {NONE: 0.0, **log_bayes_factors}, {})
+
+
+def in_dispute(one: Fitted, other: Fitted) -> Float[np.ndarray, " error"]:
+    """How far two models differ in the log density of each reading [nat]."""
+    return np.abs(one.log_densities - other.log_densities)
+
+
+def likeliest(one: Fitted, others: Mapping[str, Fitted]) -> Fitted:
+    """That of the highest evidence."""
+    return max([one, *others.values()], key=lambda fitted: fitted.log_evidence)
+
+
+def blocks_of(
+    lines: Sequence[Trace], disputed: Float[np.ndarray, " error"], parts: int = 20
+) -> Int[np.ndarray, " error"]:
+    """Number of the block in which each reading lies, in order of time; -1 where nothing is observed.
+
+    Every run is split into `parts` of equal time, and no block of several readings holds more than its share of what two models dispute over all of `lines`. In
+    blocks of equal time an effect that acts for some seconds would stand or fall with one of them, and
+    nothing would be left to tell it from while that is left out. What is disputed are densities of
+    readings given those before, so neighbours count as independent. But for those of a segment, which
+    are known together only, its start being integrated out: no block holds a part of one.
+    """
+    found = np.full(disputed.size, -1)
+    most = sum(float(disputed[line.place].sum()) for line in lines) / parts
+    number = 0
+    for line in lines:
+        edges = np.linspace(line.time[0], line.time[-1], parts + 1)
+        begins = np.flatnonzero(np.diff(line.segment, prepend=-1) != 0)
+        cuts = np.append(begins, line.time.size)[
+            np.searchsorted(begins, np.searchsorted(line.time, edges[1:-1]))
+        ]
+        for part in np.split(np.arange(line.time.size), cuts):
+            for block in _halved(part, disputed[line.place], line.segment, most):
+                found[line.place[block]] = number
+                number += 1
+    return found
+
+
+def _halved(
+    block: Int[np.ndarray, " reading"],
+    disputed: Float[np.ndarray, " interval"],
+    segment: Int[np.ndarray, " interval"],
+    most: float,
+) -> list[Int[np.ndarray, " reading"]]:
+    cuts = 1 + np.flatnonzero(np.diff(segment[block]))
+    if not cuts.size or disputed[block].sum() <= most:
+        return [block]
+    middle = cuts[np.argmin(np.abs(cuts - block.size // 2))]
+    return [
+        half
+        for part in (block[:middle], block[middle:])
+        for half in _halved(part, disputed, segment, most)
+    ]

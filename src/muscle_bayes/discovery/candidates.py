@@ -1,0 +1,170 @@
+"""Candidates: a score test of every effect at several strengths, which says where descents begin."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from numpyro.distributions import biject_to
+
+from muscle_bayes.discovery.fit import Fitted, Start, explained_all
+from muscle_bayes.inference.search.nested import Nested, general, is_function
+from muscle_bayes.physics.effects import effect_type
+
+
+class Candidate(NamedTuple):
+    """One strength of an effect, with present parameters moved to make room for it."""
+
+    effect: str
+    strength: float
+    """Share of the prior draw's distance from off."""
+    gain: float
+    """Rise of the log density that it promises: -e . d - |d|^2 / 2, with e the standardised errors and
+    d their change, after present parameters have absorbed their share."""
+    start: Start
+    signature: Float[np.ndarray, " error"]
+    """d."""
+
+    @property
+    def visible(self) -> float:
+        """Log odds that readings would show for it, were it true [nat]."""
+        return 0.5 * float(self.signature @ self.signature)
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """What these runs could show at all, from simulations of this rig at plausible strengths."""
+
+    share: Mapping[str, float]
+    """Of an effect's prior draws, how many would be seen."""
+    alike: tuple[tuple[str, str], ...]
+    """Pairs that change the readings in nearly the same way: these runs cannot separate them."""
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Effects of which most plausible strengths would go unseen."""
+        return tuple(name for name, share in self.share.items() if share < 0.5)
+
+    def text(self) -> str:
+        """A line or two."""
+        seen = [name for name in self.share if name not in self.unseen]
+        lines = [f"These runs could show: {', '.join(seen) or 'none of the candidates'}."]
+        if self.unseen:
+            lines.append(f"They would mostly not show: {', '.join(self.unseen)}.")
+        if self.alike:
+            pairs = "; ".join(" and ".join(pair) for pair in self.alike)
+            lines.append(f"They cannot separate: {pairs}.")
+        return " ".join(lines)
+
+
+def candidates(
+    nested: Nested,
+    base: Fitted,
+    effects: Sequence[str],
+    seed: int,
+    *,
+    draws: int = 8,
+    strengths: tuple[float, ...] = (1.0, 0.1, 0.01),
+    workers: int = 1,
+) -> dict[str, list[Candidate]]:
+    """Strengths of every effect beside `base`, most promising first; none that cannot be simulated.
+
+    Strengths far from off are simulated, not extrapolated: an effect that acts only beyond some
+    threshold has no slope where it is off.
+    """
+    rows = [
+        (effect, strength, own)
+        for number, effect in enumerate(effects)
+        for strength, own in _drawn(nested, effect, jax.random.key(seed + number), draws, strengths)
+    ]
+    begun = [
+        Start((*base.effects, e), _joined(nested, base, base.point, o), base.data)
+        for e, _, o in rows
+    ]
+    found: dict[str, list[Candidate]] = {effect: [] for effect in effects}
+    seen = explained_all(nested, begun, workers)
+    for (effect, strength, own), start, one in zip(rows, begun, seen, strict=True):
+        errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in one.fits])
+        if not (np.isfinite(float(one.potential)) and np.isfinite(errors).all()):
+            continue
+        change = errors - base.errors
+        absorbed = base.precision.solve(base.jacobian.T @ change)
+        rest = change - base.jacobian @ absorbed
+        gain = float(-base.errors @ rest - 0.5 * (rest @ rest))
+        moved = base.point.copy()
+        moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
+        there = start._replace(point=_joined(nested, base, moved, own))
+        found[effect].append(Candidate(effect, strength, gain, there, rest))
+    return {effect: sorted(some, key=lambda one: -one.gain) for effect, some in found.items()}
+
+
+def promising(found: Sequence[Candidate], most: int = 4) -> list[Candidate]:
+    """Of one effect's candidates those to descend from: the most promising, one of every strength."""
+    if not found or is_function(found[0].effect):
+        return list(found[:2])
+    chosen = list(found[:2])
+    for strength in {one.strength for one in found} - {one.strength for one in chosen}:
+        chosen.append(next(one for one in found if one.strength == strength))
+    rest = [one for one in found if all(one is not other for other in chosen)]
+    return (chosen + rest)[:most]
+
+
+def log_bayes_factors(found: Mapping[str, Sequence[Candidate]]) -> dict[str, float]:
+    """Evidence of each effect against none in the linearised model: its mean density over the prior."""
+    result = {}
+    for effect, some in found.items():
+        gains = np.array([one.gain for one in some if one.strength == 1.0] or [-np.inf])
+        result[effect] = float(np.logaddexp.reduce(np.maximum(gains, -700.0)) - np.log(gains.size))
+    return result
+
+
+def could_show(
+    found: Mapping[str, Sequence[Candidate]], *, needed: float = 6.0, alike: float = 0.97
+) -> Visibility:
+    """What these runs could show: strengths that would raise the log density by `needed` nats.
+
+    Two effects are alike where the cosine between their signatures is above `alike`.
+    """
+    share = {
+        effect: float(
+            np.mean([one.visible > needed for one in some if one.strength == 1.0] or [0.0])
+        )
+        for effect, some in found.items()
+    }
+    typical = {}
+    for effect, some in found.items():
+        shown = [one for one in some if one.visible > needed]
+        if shown:
+            # The weakest that is seen: strong ones saturate.
+            one = min(shown, key=lambda one: one.visible).signature
+            typical[effect] = one / np.linalg.norm(one)
+    pairs = tuple(
+        (a, b) for a, b in combinations(typical, 2) if abs(typical[a] @ typical[b]) > alike
+    )
+    return Visibility(share, pairs)
+
+
+def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """The base's point with slots for one effect more."""
+    slots = np.concatenate([point[nested.shared : base.used], own])
+    unused = max(nested.slots - slots.size, 0)
+    return np.concatenate([point[: nested.shared], slots, np.zeros(unused)])
+
+
+def _drawn(
+    nested: Nested, effect: str, key: jax.Array, draws: int, strengths: tuple[float, ...]
+) -> list[tuple[float, np.ndarray]]:
+    """Strength, and the effect's parameters, unconstrained, of draws of its prior."""
+    parameters, held = effect_type(effect).parameters, general(effect)
+    parts = jax.random.split(key, len(parameters))
+    columns = []
+    for part, (name, parameter) in zip(parts, parameters.items(), strict=True):
+        prior = nested.data.priors[f"{held}.{name}"]
+        drawn = prior.sample(part, (draws, 1))
+        scaled = parameter.off + jnp.array(strengths) * (drawn - parameter.off)
+        columns.append(np.asarray(biject_to(prior.support).inv(scaled)).ravel())
+    return list(zip(strengths * draws, np.stack(columns, axis=1), strict=True))

@@ -1,0 +1,252 @@
+"""Draws of a fitted model's posterior, and what they say of its parameters and of every run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.special import gammaln, logsumexp
+
+from muscle_bayes.discovery.conditions import is_settled
+from muscle_bayes.discovery.fit import Fitted, Start, explained_all, whole_weights
+from muscle_bayes.discovery.nominal import error_of_reading
+from muscle_bayes.discovery.result import Curve, Estimate
+from muscle_bayes.inference.posteriors.predict import Prediction, disturbances
+from muscle_bayes.inference.search.nested import Nested, general, values_at
+from muscle_bayes.inference.search.nested_programs import values_of
+from muscle_bayes.physics.effects.empirical import TERMS, function_type, polynomial
+
+LEVELS = (0.05, 0.5, 0.95)
+"""Quantiles by which estimates are told: median and central 90 %."""
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Equally weighted draws of a model's posterior, by importance sampling from Laplace's normal."""
+
+    points: Float[np.ndarray, "draw n"]
+    log_evidence: float
+    """By importance sampling; Laplace's where too few draws count."""
+    laplace: float
+    """Log evidence by Laplace's approximation."""
+    effective: float
+    """Effective number of the draws; the mode's normal stands for them where `good` is False."""
+    good: bool
+
+    @classmethod
+    def laplace_of(
+        cls, fitted: Fitted, seed: int, count: int = 160, effective: float = 0.0
+    ) -> "Draws":
+        """Draws of the normal at the mode."""
+        kicks = np.random.default_rng(seed).standard_normal((fitted.used, count))
+        points = np.tile(fitted.point, (count, 1))
+        points[:, : fitted.used] += fitted.precision.spread(kicks).T
+        evidence = fitted.log_evidence
+        return cls(points, evidence, evidence, effective, good=False)
+
+    def text(self, name: str) -> str:
+        """What the check of Laplace's approximation says."""
+        if not self.good:
+            return (
+                f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws "
+                "count. Its probability and intervals rest on the normal at the mode"
+            )
+        off = self.log_evidence - self.laplace
+        return f"{name}: sampled log evidence {off:+.1f} nat off Laplace's, {self.effective:.0f} draws count"
+
+
+def sampled(
+    nested: Nested,
+    fitted: Fitted,
+    seed: int,
+    *,
+    count: int = 160,
+    rounds: int = 3,
+    freedom: float = 7.0,
+    least: float = 20.0,
+    workers: int = 1,
+) -> Draws:
+    """Draws of the posterior about a fitted point.
+
+    Importance sampling from a Student t with Laplace's mean and covariance; while less than a third of
+    the draws count, again from the weighted draws' own mean and covariance, mixed with the former
+    (population Monte Carlo; weights are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008).
+    Fewer than `least` effective draws are not trusted.
+    """
+    rng, used = np.random.default_rng(seed), fitted.used
+    mean, covariance = fitted.point[:used].copy(), fitted.precision.inverse()
+    points, log_weight, effective = np.tile(fitted.point, (count, 1)), np.zeros(count), 0.0
+    best = None
+    for _ in range(rounds):
+        root = np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))
+        kicks = rng.standard_normal((count, used))
+        stretch = np.sqrt(freedom / rng.chisquare(freedom, count))
+        points = np.tile(fitted.point, (count, 1))
+        points[:, :used] = mean + stretch[:, None] * (kicks @ root.T)
+        square = np.sum((stretch[:, None] * kicks) ** 2, axis=1)
+        log_q = (
+            gammaln(0.5 * (freedom + used))
+            - gammaln(0.5 * freedom)
+            - 0.5 * used * np.log(freedom * np.pi)
+            - np.log(np.diag(root)).sum()
+            - 0.5 * (freedom + used) * np.log1p(square / freedom)
+        )
+        rows = [Start(fitted.effects, point, fitted.data) for point in points]
+        potential = [float(one.potential) for one in explained_all(nested, rows, workers)]
+        log_weight = -np.nan_to_num(np.array(potential), nan=np.inf, posinf=np.inf) - log_q
+        evidence = float(logsumexp(log_weight) - np.log(count))
+        share = np.exp(log_weight - logsumexp(log_weight))
+        effective = float(1.0 / np.sum(share**2))
+        if best is None or effective > best[0]:
+            best = effective, evidence, points, share
+        if effective > count / 3:
+            break
+        cut = np.minimum(share, 1.0 / np.sqrt(count))
+        cut /= cut.sum()
+        away = points[:, :used] - cut @ points[:, :used]
+        covariance = 0.5 * covariance + 0.5 * (cut[:, None] * away).T @ away
+        mean = 0.5 * mean + 0.5 * cut @ points[:, :used]
+    assert best is not None
+    effective, evidence, points, share = best
+    if effective < least:
+        return Draws.laplace_of(fitted, seed, count, effective)
+    chosen = rng.choice(count, count, p=share)
+    return Draws(points[chosen], evidence, fitted.log_evidence, effective, good=True)
+
+
+def _of_effect(nested: Nested, fitted: Fitted, draws: Draws, effect: str) -> dict[str, np.ndarray]:
+    """Draws of an effect's parameters, as the nested model names them."""
+    drawn = values_of(jnp.asarray(draws.points), fitted.choice, nested.layout, fitted.data)
+    return {name: np.asarray(drawn[name]) for name in nested.slots_of((effect,))}
+
+
+def estimates(nested: Nested, fitted: Fitted, draws: Draws, effect: str) -> dict[str, Estimate]:
+    """Median and central 90 % of an effect's parameters."""
+    found = {}
+    for name, drawn in _of_effect(nested, fitted, draws, effect).items():
+        low, median, high = map(float, np.quantile(drawn, LEVELS))
+        found[name.split(".")[1]] = Estimate(median, low, high, nested.problem.sites[name].unit)
+    return found
+
+
+def curve(nested: Nested, fitted: Fitted, draws: Draws, effect: str, points: int = 101) -> Curve:
+    """Pointwise median and central 90 % of a function that nobody has named."""
+    function = function_type(effect)
+    drawn = _of_effect(nested, fitted, draws, effect)
+    names = [f"{general(effect)}.c{order}" for order in range(1, TERMS + 1)]
+    signal = np.linspace(function.low, function.high, points)
+    added = polynomial(
+        [jnp.asarray(drawn[name])[:, None] for name in names],
+        jnp.asarray(signal),
+        jnp.asarray(function.low),
+        jnp.asarray(function.high),
+    )
+    low, median, high = np.quantile(np.asarray(added), LEVELS, axis=0)
+    return Curve(signal, median, low, high, nested.problem.sites[names[0]].unit)
+
+
+def undetermined(
+    nested: Nested, before: Fitted, after: Fitted, loose: float = 0.5
+) -> tuple[str, ...]:
+    """The plant's parameters whose posterior was narrower than `loose` of the prior, and is not after."""
+
+    def spread(fitted: Fitted) -> np.ndarray:
+        variance = np.diag(fitted.precision.inverse())[: nested.shared]
+        return np.sqrt(variance * np.maximum(np.asarray(fitted.look.prior)[: nested.shared], 1e-12))
+
+    names = np.array(nested.shared_names())
+    own = np.array(["." in name for name in names])  # of a run or a sensor
+    lost = (spread(before) < loose) & (spread(after) >= loose) & ~own
+    return tuple(str(name) for name in names[lost])
+
+
+def noise_floor(nested: Nested) -> dict[str, float]:
+    """RMS that noise and rounding alone give in each run's settled mean readings [the log's unit]."""
+    error, start = error_of_reading(nested)["mean"], 0
+    squares: dict[str, list[np.ndarray]] = {}
+    for lanes, owners in zip(nested.data.lanes, nested.problem.lane_runs, strict=True):
+        for lane, owner in enumerate(owners):
+            weight = np.asarray(lanes.weight[lane])
+            load = np.asarray(lanes.schedule.load[lane])
+            heat = np.asarray(lanes.schedule.temperature[lane, 1:, 0])
+            seen = (weight > 0) & is_settled(np.asarray(lanes.time[lane]), load, heat)
+            own = error[start : start + weight.size][seen]
+            start += weight.size
+            squares.setdefault(nested.problem.runs[owner].name, []).append(own**2)
+    return {name: float(np.sqrt(np.mean(np.concatenate(s)))) for name, s in squares.items()}
+
+
+def predictions(
+    nested: Nested,
+    fitted: Fitted,
+    draws: Draws,
+    seed: int,
+    *,
+    count: int = 60,
+    share: float = 0.05,
+    workers: int = 1,
+) -> list[Prediction]:
+    """Readings of every run about a fitted point, held-out parts included.
+
+    Models are taken for linear in the parameters: m(x) + (m(x + share d) - m(x)) / share for draws d,
+    which would themselves leave the curved ridges of the posterior. Directions that cannot be simulated
+    are left out.
+    """
+    layout, data = nested.layout, whole_weights(nested, fitted.data)
+    values = dict(values_at(jnp.asarray(fitted.point), fitted.choice, layout, data))
+    chosen = draws.points[np.linspace(0, len(draws.points) - 1, count).astype(int)]
+    near = fitted.point + share * (chosen - fitted.point)
+    rows = [Start(fitted.effects, point, data) for point in (fitted.point, *near)]
+    found = [one for one in explained_all(nested, rows, workers) if np.isfinite(one.potential)]
+    keys = jax.random.split(jax.random.key(seed), len(found))
+    models, readings = [], []
+    for group, (lanes, regime) in enumerate(zip(data.lanes, layout.regimes, strict=True)):
+        every = [np.asarray(lanes.reading - one.residuals[group]) for one in found]
+        middle = every[0]
+        model = np.stack([middle + (one - middle) / share for one in every[1:]])
+        model += middle - model.mean(axis=0)  # the mean of few draws scatters
+        extra = [
+            np.asarray(
+                disturbances(
+                    jax.random.fold_in(key, group), values, jnp.asarray(middle), lanes, regime
+                )
+            )
+            for key in keys[1:]
+        ]
+        models.append(model)
+        readings.append(model + np.stack(extra))
+    return _by_run(nested, fitted, data.lanes, models, readings)
+
+
+def _by_run(
+    nested: Nested, fitted: Fitted, lanes_of: Any, models: Sequence, readings: Sequence
+) -> list[Prediction]:
+    """Pieces of all lanes joined, run by run."""
+    parts: dict[int, list[dict[str, np.ndarray]]] = {}
+    for group, (lanes, owners) in enumerate(zip(lanes_of, nested.problem.lane_runs, strict=True)):
+        hyst = np.asarray(fitted.look.hyst[group])
+        for lane, owner in enumerate(owners):
+            seen = np.asarray(lanes.weight[lane] > 0)
+            piece = {
+                "time": np.asarray(lanes.time[lane])[seen],
+                "observed": np.asarray(lanes.reading[lane])[seen],
+                "model": models[group][:, lane][:, seen],
+                "reading": readings[group][:, lane][:, seen],
+                "hyst": np.tile(hyst[lane][seen], (len(models[group]), 1)),
+                "temperature": np.asarray(lanes.schedule.temperature[lane, 1:, 0])[seen],
+                "load": np.asarray(lanes.schedule.load[lane])[seen],
+            }
+            parts.setdefault(owner, []).append(piece)
+    result = []
+    for owner in sorted(parts):
+        run = nested.problem.runs[owner]
+        joined: dict[str, Any] = {
+            key: np.concatenate([part[key] for part in parts[owner]], axis=-1)
+            for key in parts[owner][0]
+        }
+        scale = run.output_sensor.sign * run.output_sensor.scale
+        result.append(Prediction(run=run.name, unit=run.unit, scale=scale, **joined))
+    return result
