@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-lock notebooks docs readme-figure package
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -75,7 +75,7 @@ control: $(READY) ## tune and judge gains over `make study`'s posteriors, write 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
 	@$(BIN)/muscle-bayes trial
 	@$(MAKE) --no-print-directory $(BENCH_READY)
-	@$(BENCH)/bin/python -m benchmarks.discovery reports/trial/outcomes.json
+	@$(BIN)/python -m benchmarks.discovery --outcomes reports/trial/outcomes.json
 	@$(BIN)/python scripts/write_trial_doc.py reports/trial
 
 stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: docs/discovery-*.md (REAL=folder)
@@ -115,6 +115,9 @@ bench: $(BENCH_READY) ## race gradient and sampler against others, see how cost 
 	@$(BENCH)/bin/python -m benchmarks.sampling
 	@$(BENCH)/bin/python -m benchmarks.scaling
 	@$(BENCH)/bin/python -m benchmarks.table
+
+bench-discovery: $(READY) ## CPU-minutes of discovery, cold and warm (REAL=folder of measured rigs)
+	@$(BIN)/python -m benchmarks.discovery shipped=data $(if $(REAL),drop=$(REAL)/xl330-drop axis=$(REAL)/emps)
 
 bench-lock: ## pin what only the benchmarks need (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --constraint requirements.lock benchmarks/requirements.in --output-file benchmarks/requirements.lock

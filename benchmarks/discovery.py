@@ -1,72 +1,58 @@
-"""Discovery against other ways to select an effect, on the same cases of a trial.
+"""What discovery costs, and whether a plain criterion would select as well.
 
-    python -m benchmarks.discovery reports/trial/outcomes.json
+    python -m benchmarks.discovery NAME=PATH... [--outcomes reports/trial/outcomes.json]
 
-BIC: of the same fits, the candidate (or none) with the least Bayesian information criterion; the first step
-of stepwise selection. PySINDy: sequentially thresholded least squares of the nominal model's misfit on the
-effects' signatures, threshold by BIC; the effect with the largest coefficient. Both get exactly what
-`discover` had at its first step. Writes benchmarks/results/discovery.json.
+Each PATH is a folder of runs, searched in a process of its own, with an empty compilation cache and then
+with a full one: CPU-minutes, cold and warm. Of a trial's outcomes, the Bayesian information criterion (the
+first step of stepwise selection) is compared with `discover` on the same fits.
 """
 
 import argparse
 import json
-import warnings
+import os
+import resource
+import subprocess
+import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from scipy.linalg import eigh
-
-from muscle_bayes.discovery.naming import NONE
+from muscle_bayes.discovery.weigh import NONE
 from muscle_bayes.trial.counts import DETECTABLE, Rate
 
 RESULT = Path(__file__).parent / "results" / "discovery.json"
-THRESHOLDS = np.geomspace(0.1, 300.0, 40)
-"""Of a coefficient of a signature of unit length, in standard deviations of the noise."""
+SEARCH = """
+import sys
+from pathlib import Path
+from muscle_bayes.data import read_runs
+from muscle_bayes.discovery.discover import discover
+print(discover(read_runs([Path(sys.argv[1])])))
+"""
+
+
+def cpu_minutes(folder: Path, cache: str) -> tuple[float, str]:
+    """CPU time of one search [min], its children's included, and what it says."""
+    kept = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0", "JAX_COMPILATION_CACHE_DIR": cache}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(
+        [sys.executable, "-c", SEARCH, str(folder)],
+        env=os.environ | kept | {"JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return spent / 60.0, done.stdout.strip()
 
 
 def by_bic(outcome: Mapping[str, Any]) -> str:
-    """The candidate with the least criterion."""
-    return min(outcome["bic"], key=lambda name: outcome["bic"][name])
+    """The candidate with the least criterion; none where no candidate was fitted."""
+    return min(outcome["bic"] or {NONE: 0.0}, key=lambda name: outcome["bic"].get(name, 0.0))
 
 
-def by_sparse_regression(outcome: Mapping[str, Any]) -> str:
-    """The effect with the largest coefficient in the regression that its own BIC prefers."""
-    import pysindy
-
-    found = outcome["regression"]
-    # Any X with this X'X, and y with this X'y, has the same least squares: X'X = V S V'.
-    scales, vectors = eigh(np.array(found["gram"]))
-    kept = scales > 1e-9 * scales.max()
-    root = np.sqrt(scales[kept])
-    x = root[:, None] * vectors[:, kept].T
-    y = (vectors[:, kept].T @ np.array(found["projection"])) / root
-    beyond = found["total"] - y @ y
-    best = (found["errors"] * np.log(found["total"] / found["errors"]), np.zeros(x.shape[1]))
-    for threshold in THRESHOLDS:
-        model = pysindy.STLSQ(threshold=float(threshold), alpha=1e-6)
-        try:
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "Sparsity parameter is too big", UserWarning)
-                model.fit(x, y[:, None])
-        except ValueError:  # every coefficient was thresholded away
-            continue
-        coefficients = np.asarray(model.coef_).ravel()
-        squares = float(np.sum((y - x @ coefficients) ** 2) + beyond)
-        size = np.count_nonzero(coefficients)
-        score = found["errors"] * np.log(squares / found["errors"]) + size * np.log(found["errors"])
-        if score < best[0]:
-            best = (score, coefficients)
-    chosen = best[1]
-    return found["effects"][int(np.argmax(np.abs(chosen)))] if chosen.any() else NONE
-
-
-METHODS = {
-    "discover": lambda outcome: outcome["verdict"][0],
-    "BIC, stepwise": by_bic,
-    "PySINDy (STLSQ)": by_sparse_regression,
-}
+METHODS = {"discover": lambda outcome: outcome["verdict"][0], "BIC, stepwise": by_bic}
 
 
 def compared(outcomes: list[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -89,12 +75,19 @@ def compared(outcomes: list[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("outcomes", type=Path)
+    parser.add_argument("folders", nargs="*", metavar="NAME=PATH")
+    parser.add_argument("--outcomes", type=Path)
     args = parser.parse_args()
-    rows = compared(json.loads(args.outcomes.read_text())["outcomes"])
-    RESULT.write_text(json.dumps(rows, indent=1) + "\n")
-    for row in rows:
-        print(row)
+    for name, _, path in (one.partition("=") for one in args.folders):
+        with tempfile.TemporaryDirectory() as cache:
+            for state in ("cold", "warm"):
+                minutes, said = cpu_minutes(Path(path), cache)
+                print(f"{name}, {state}: {minutes:.2f} CPU-minutes; {said}", flush=True)
+    if args.outcomes:
+        rows = compared(json.loads(args.outcomes.read_text())["outcomes"])
+        RESULT.write_text(json.dumps(rows, indent=1) + "\n")
+        for row in rows:
+            print(row)
 
 
 if __name__ == "__main__":

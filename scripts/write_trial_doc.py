@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from muscle_bayes.cli.trial import trial
-from muscle_bayes.discovery.naming import PRIOR_NONE
+from muscle_bayes.discovery.weigh import PRIOR_NONE
 from muscle_bayes.trial.cases import KINDS
 from muscle_bayes.trial.outcome import trial_tasks
 

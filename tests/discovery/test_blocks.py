@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from muscle_bayes.discovery.blocks import PARTS, SHARE, blocks_of
 from muscle_bayes.discovery.conditions import Trace
+from muscle_bayes.discovery.weigh import blocks_of
 
 
 def _line(run: str, time: np.ndarray, first: int) -> Trace:
@@ -14,6 +14,8 @@ def _line(run: str, time: np.ndarray, first: int) -> Trace:
     return Trace(run, "counts", time, ones, 0.0 * ones, place, place, {})
 
 
+PARTS = 20
+SHARE = 1.0 / PARTS
 LINES = [_line("a", np.linspace(0.0, 400.0, 401), 0), _line("b", np.linspace(0.0, 8.0, 81), 420)]
 SEEN = np.r_[0:401, 420:501]
 

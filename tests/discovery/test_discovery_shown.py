@@ -1,5 +1,6 @@
 """Results of discovery as notebooks show them: all that was found, and nothing taken for markup."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -38,21 +39,35 @@ def test_the_share_of_a_gap_is_told_only_where_chance_does_not_leave_as_much():
     assert Step.closed(step, "run", 1.9) is None
 
 
+def _found(verdict: str, left: MisfitMap, probabilities: dict[str, float]) -> SimpleNamespace:
+    final = SimpleNamespace(misfit=left)
+    more = {"not_searched": (), "smallest": 0.25, "remainder": None}
+    return SimpleNamespace(
+        verdict=verdict, steps=(), probabilities=probabilities, final=final, **more
+    )
+
+
 @pytest.mark.parametrize(
     ("none", "verdict"), [(0.05, "unknown"), (0.39, "none")], ids=["sure", "may be chance"]
 )
 def test_what_nothing_explains_is_claimed_if_it_is_hardly_chance(none: float, verdict: str):
     left = MisfitMap((WINDOW,), 0.0028, 12.0, ())
     probabilities = {"slack": 0.1, "unknown": 0.9 - none, "none": none}
-    assert _verdict((), probabilities, left) == verdict
-    final = SimpleNamespace(misfit=left)
-    found = SimpleNamespace(verdict=verdict, steps=(), probabilities=probabilities, final=final)
-    told = verdict_text(found)
+    assert _verdict((), probabilities, left, 0.25) == verdict
+    told = verdict_text(_found(verdict, left, probabilities))
     if verdict == "unknown":
         assert told.startswith("Something is missing")
     for words in ("p = 0.0028", "none: 39%", "unknown: 51%"):
         assert (words in told) == (verdict == "none")
-    calm = SimpleNamespace(misfit=MisfitMap((), 0.4, 0.0, ()))
-    assert _verdict((), probabilities | {"none": 0.8}, calm.misfit) == "none"
-    found.final, found.verdict = calm, "none"
-    assert verdict_text(found) == "Nothing is missing that these runs could show."
+
+
+def test_nothing_is_claimed_where_nothing_is_significant_or_all_is_small():
+    probabilities = {"slack": 0.1, "unknown": 0.85, "none": 0.05}
+    calm = MisfitMap((), 0.4, 0.0, ())
+    assert _verdict((), probabilities, calm, 0.25) == "none"
+    told = verdict_text(_found("none", calm, probabilities))
+    assert told == "Nothing is missing that these runs could show."
+    small = MisfitMap((replace(WINDOW, steps=0.1),), 1e-9, 12.0, ())
+    assert _verdict((), probabilities, small, 0.25) == "none"
+    assert "small, 0.1 steps of the sensor" in verdict_text(_found("none", small, probabilities))
+    assert _verdict((), probabilities, small, 0.05) == "unknown"

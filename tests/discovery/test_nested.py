@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.holding import without_blocks, without_runs
+from muscle_bayes.discovery.fit import Fitted, Start, fit_all, sampled_values, with_effects
+from muscle_bayes.discovery.nominal import nest, without_blocks, without_runs
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
 from muscle_bayes.inference.running.programs import potential_at
-from muscle_bayes.inference.search.descent import descend
 from muscle_bayes.inference.search.nested import Nested
-from muscle_bayes.inference.search.nested_programs import explained_at, slope_at
+from muscle_bayes.inference.search.nested_programs import explained_at, look_at
 
 DATA = Path(__file__).parents[2] / "data"
 CANDIDATES = ("viscous-friction", "bias-torque")
@@ -51,7 +51,7 @@ def test_slopes_are_finite_differences(nested: Nested) -> None:
     values, _ = _values(effects, nested)
     choice = nested.choice(effects)
     point = jnp.asarray(nested.point(values, effects))
-    slope = slope_at(point, choice, nested.layout, nested.data)
+    slope = look_at(point, choice, nested.layout, nested.data)
     used = nested.shared + 1
     for entry in (0, 1, used - 1):
         step = 1e-4 * np.eye(point.size)[entry]
@@ -76,26 +76,74 @@ def test_an_allowed_discrepancy_adds_in_squares(nested: Nested) -> None:
     assert likelihood(allowed, values) == pytest.approx(likelihood(nested, more), rel=1e-9)
 
 
-def test_descent_finds_the_mode_of_the_shipped_springs(nested: Nested) -> None:
-    values, _ = _values((), nested)
-    start = dict(values) | {"J": 1.5e-3, "D": 5e-3, "fast.noise": 0.4, "fast.discrepancy": 0.3}
-    fitted = descend(nested, (), nested.point(start, ()))
-    names = nested.shared_names()
-    inertia, friction = (np.exp(fitted.point[names.index(name)]) for name in ("J", "D"))
-    assert inertia == pytest.approx(0.00124103, rel=0.03)  # Table 1, the twin's truth
-    assert friction == pytest.approx(0.0054594, rel=0.1)
-    held = descend(nested, (), nested.point(start, ()), held=("J",))
-    assert np.exp(held.point[names.index("J")]) == pytest.approx(1.5e-3)
+def _start(nested: Nested, values: dict, effects: tuple[str, ...]) -> Start:
+    return Start(effects, nested.point(values, effects), nested.data)
+
+
+@pytest.fixture(scope="module")
+def fits(nested: Nested) -> list[Fitted]:
+    """Both without an effect and with one, from the same start, as one batch."""
+    with jax.enable_x64(True):
+        drawn, _ = _values(CANDIDATES, nested)
+        start = drawn | {"J": 1.5e-3, "D": 5e-3, "fast.noise": 0.4, "fast.discrepancy": 0.3}
+        start |= {"bias-torque.torque": 1e-4}
+        rows = [_start(nested, start, ()), _start(nested, start, ("bias-torque",))]
+        return fit_all(nested, rows)
+
+
+def test_a_batch_finds_the_modes_of_the_shipped_springs(nested: Nested, fits) -> None:
+    plain, biased = fits
+    values = sampled_values(nested, plain)
+    assert values["J"] == pytest.approx(0.00124103, rel=0.03)  # Table 1, the twin's truth
+    assert values["D"] == pytest.approx(0.0054594, rel=0.1)
+    assert biased.potential <= plain.potential + 10.0
+    assert plain.log_evidence > biased.log_evidence - 3.0
+    noise = nested.shared_names().index("fast.noise")
+    step = 1e-3 * np.eye(plain.point.size)[noise]
+    ahead, back = (
+        fit_all(nested, [plain.start._replace(point=plain.point + s * step)], steps=0)[0]
+        for s in (1.0, -1.0)
+    )
+    slopes = [np.asarray(one.look.gradient)[noise] for one in (ahead, back)]
+    curvature = float(slopes[0] - slopes[1]) / 2e-3
+    # The whole Fisher information, of which errors alone would tell half.
+    assert float(plain.look.information[noise, noise]) == pytest.approx(curvature, rel=0.15)
+
+
+def test_entries_that_are_held_stay(nested: Nested, fits) -> None:
+    start = fits[0].start
+    (found,) = fit_all(nested, [start._replace(point=start.point + 0.05)], held=("J",))
+    place = nested.shared_names().index("J")
+    assert found.point[place] == pytest.approx(start.point[place] + 0.05)
+
+
+def test_what_cannot_be_simulated_is_no_start(nested: Nested, fits) -> None:
+    """Friction so strong that the motion's steps diverge."""
+    values = sampled_values(nested, fits[0])
+    start = _start(nested, values | {"viscous-friction.coefficient": 3.0}, ("viscous-friction",))
+    (found,) = fit_all(nested, [start])
+    assert found.potential == np.inf
+    assert found.log_evidence == -np.inf
+    np.testing.assert_array_equal(found.point, start.point)
+
+
+def test_a_fit_is_the_same_in_another_nested_model(nested: Nested, fits) -> None:
+    other, (plain, biased) = nest(nested, ("bias-torque", "unknown-torque"), fits, 24)
+    assert plain.potential == pytest.approx(fits[0].potential, abs=1e-6)
+    assert biased.potential == pytest.approx(fits[1].potential, abs=1e-6)
+    assert other.layout.effects == ("bias-torque", "unknown-torque")
+    shorter = with_effects(nested, fits[1], ())
+    np.testing.assert_allclose(shorter.point[: nested.shared], fits[1].point[: nested.shared])
 
 
 def test_readings_that_are_held_out_do_not_count(nested: Nested) -> None:
-    problem = without_runs(nested.problem, ["spring-3"])
-    (lanes,), (whole,) = problem.data.lanes, nested.data.lanes
+    data = without_runs(nested.problem, nested.data, ["spring-3"])
+    (lanes,), (whole,) = data.lanes, nested.data.lanes
     late = np.asarray(whole.time[1]) > SETTLING_SHARE * nested.problem.runs[1].duration
     assert np.all(np.asarray(lanes.weight[1])[late] == 0.0)
     assert np.array_equal(lanes.weight[0], whole.weight[0])
     blocks = np.where(np.asarray(whole.weight).ravel() > 0, 0, -1)
     blocks[: whole.weight.shape[1] // 2] = 1
-    part = without_blocks(nested, blocks, [1])
-    hidden = np.asarray(part.data.lanes[0].weight).ravel()[: whole.weight.shape[1] // 2]
+    part = without_blocks(nested.data, blocks, [1])
+    hidden = np.asarray(part.lanes[0].weight).ravel()[: whole.weight.shape[1] // 2]
     assert np.all(hidden == 0.0)

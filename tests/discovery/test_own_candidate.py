@@ -4,10 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from numpyro import distributions as dist
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import applicable, discover
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.physics.effect import Effect, Parameter
 from muscle_bayes.physics.effects import CATALOGUE
 from muscle_bayes.physics.effects.own import FILES, own_sources
 from muscle_bayes.twin import Rig, make_effect, simulate, spring_rig
@@ -68,6 +71,38 @@ def test_what_a_file_holds_is_tried_and_part_of_what_results_were_made_from(own,
     assert set(before) == {"oil-film"}
     own.write_text(OWN + "\n# more\n")
     assert own_sources() != before
+
+
+class Grease(Effect):
+    """A torque against the speed, -b q'."""
+
+    name = "grease"
+    port = "torque"
+    dissipative = True
+    parameters = {  # noqa: RUF012
+        "drag": Parameter(
+            unit="N m s",
+            off=0.0,
+            prior=lambda scales: dist.HalfNormal(scales.force / scales.speed),
+            meaning="torque per speed",
+        )
+    }
+
+    drag: float
+
+    def __call__(self, value, signals):
+        return value - self.drag * signals.speed
+
+
+@pytest.mark.slow
+def test_a_class_is_a_candidate_without_any_file(runs) -> None:
+    found = discover(runs, candidates=[Grease, "bias-torque"])
+    assert found.verdict == "grease"
+
+
+def test_what_is_no_effect_is_refused(runs) -> None:
+    with pytest.raises(MuscleBayesError, match="is no effect"):
+        discover(runs, candidates=[int])  # type: ignore[list-item]
 
 
 @pytest.mark.slow

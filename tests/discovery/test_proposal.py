@@ -8,11 +8,10 @@ import pytest
 
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery import next_experiment
+from muscle_bayes.discovery.fit import Start, fit_all, sampled_values
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of
-from muscle_bayes.discovery.nominal import nest, nominal
+from muscle_bayes.discovery.nominal import nominal
 from muscle_bayes.inference.model.problem import pose
-from muscle_bayes.inference.search.descent import descend
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.twin import Rig
 
@@ -47,21 +46,19 @@ def test_the_heater_is_read_off_the_runs() -> None:
 
 
 @pytest.mark.slow
-def test_what_is_proposed_separates_what_it_says_and_can_be_recorded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(next_experiment, "FACTORS", (1.0,))
+def test_what_is_proposed_separates_what_it_says_and_can_be_recorded() -> None:
     runs = read_runs([DATA / "spring-1.csv", DATA / "staircase-139g.csv"])
-    whole, point = nest(nominal(runs, "coulomb", (), 0), ("bias-torque", "second-relaxation"))
-    base = descend(whole, (), point)
-    start = np.concatenate([base.point[: base.used], np.zeros(8)])
-    first, second = (descend(whole, (name,), start, 3) for name in whole.layout.effects)
-    found = propose(whole, first, second)
+    names = ("bias-torque", "second-relaxation")
+    nested, base = nominal(runs, "coulomb", (), names, (), 0)
+    values = sampled_values(nested, base)
+    starts = [Start((name,), nested.point(values, (name,)), base.data) for name in names]
+    first, second = fit_all(nested, starts, steps=3)
+    found = propose(nested, first, second)
     assert found is not None
-    assert found.separates == ("bias-torque", "second-relaxation")
+    assert found.separates == names
     assert found.information > 0.0
     sequence = parse_sequence(found.sequence.encode(), "next.toml")
     assert found.loads[0] in {getattr(block, "load", None) for block in sequence.run[0].stage}
-    same = propose(whole, first, first)
+    same = propose(nested, first, first)
     assert same is not None
     assert same.information == pytest.approx(0.0, abs=1e-9)

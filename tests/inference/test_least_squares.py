@@ -64,7 +64,9 @@ def test_every_start_ends_at_the_solution(problem) -> None:
 def test_entries_that_are_not_free_stay(problem) -> None:
     matrix, right = problem
     free = np.array([True, False, True, True, False])
-    (row,) = least_squares(_linear(matrix, right), [np.ones(5)], np.flatnonzero(~free), least_gain=1e-12)
+    (row,) = least_squares(
+        _linear(matrix, right), [np.ones(5)], np.flatnonzero(~free), least_gain=1e-12
+    )
     rest = right - matrix[:, ~free].sum(axis=1)
     assert row.point[~free] == pytest.approx(1.0, abs=0.0)
     assert row.point[free] == pytest.approx(np.linalg.lstsq(matrix[:, free], rest)[0], abs=1e-6)

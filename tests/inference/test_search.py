@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from table_2 import sampled
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.holding import without_runs
+from muscle_bayes.discovery.nominal import without_runs
 from muscle_bayes.inference.model.density import constrain, unconstrain
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
@@ -86,12 +86,10 @@ def test_where_a_held_rotor_begins_in_its_dead_band_is_found(tmp_path: Path) -> 
     made = data_set(Case("none", (), 7))
     slow = {name: run for name, run in made.items() if not name.startswith("spring")}
     save_runs(tmp_path / "runs", slow)
-    problem = without_runs(pose(read_runs([tmp_path / "runs"])), [HELD_OUT])
-    values = constrain(
-        find_mode(jax.random.key(0), problem.layout, problem.data).vector,
-        problem.layout,
-        problem.data,
-    )
+    problem = pose(read_runs([tmp_path / "runs"]))
+    data = without_runs(problem, problem.data, [HELD_OUT])
+    mode = find_mode(jax.random.key(0), problem.layout, data)
+    values = constrain(mode.vector, problem.layout, data)
     place = [run.name for run in problem.runs].index(HELD_OUT)
     zero = made[HELD_OUT].truth["run"]["zero_reading"]
     assert float(values["slow.zero"][place]) == pytest.approx(zero, abs=0.5)

@@ -1,6 +1,7 @@
 """One thing known about each effect."""
 
 from math import sqrt
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +26,7 @@ from scipy.optimize import brentq
 from muscle_bayes.physics.effects import (
     BiasTorque,
     ClockOffset,
+    Cogging,
     CoilContact,
     DamperLaw,
     FirstCycleSet,
@@ -301,7 +303,7 @@ def test_softening_multiplies_the_modulus_and_leaves_the_force_that_opens_it(tem
 @pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
 def test_damper_law_is_arrhenius_where_eq_17_is_level(temperature):
     level = {"H": 1e-6, "T_hyst_offset": 1e12}
-    made = muscle_plant(**level) + DamperLaw(jnp.asarray(3000.0))
+    made = muscle_plant(**level) + DamperLaw(jnp.asarray(3000.0), jnp.asarray(1.0))
     rates = [
         one.hyst_rate(*AT, jnp.full(2, 0.02), heated(temperature))[0]
         for one in (made, muscle_plant(**level))
@@ -309,6 +311,30 @@ def test_damper_law_is_arrhenius_where_eq_17_is_level(temperature):
     # ln B is straight in 1/T, and B is eq. 17's at 25 C.
     slower = np.log(float(rates[1] / rates[0]))
     assert slower == pytest.approx(3000.0 * (1 / (temperature + 273.15) - 1 / 298.15), rel=1e-9)
+
+
+@pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
+def test_damper_law_is_exponential_where_its_shape_is_minus_one(temperature):
+    """ln B is straight in T; and shapes near 0 join both sides: a power of T."""
+    kelvin = temperature + 273.15
+
+    def log_factor(shape: float) -> float:
+        effect = DamperLaw(jnp.asarray(3000.0), jnp.asarray(shape))
+        return float(jnp.log(effect(jnp.asarray(1.0), SimpleNamespace(temperature=temperature))))
+
+    assert log_factor(-1.0) == pytest.approx(-3000.0 * (kelvin - 298.15) / 298.15**2, abs=1e-9)
+    power = -3000.0 / 298.15 * np.log(kelvin / 298.15)
+    for shape in (0.0, 1e-4, -1e-4):
+        assert log_factor(shape) == pytest.approx(power, abs=1e-3)
+
+
+def test_cogging_holds_an_oscillator_where_its_torque_balances_the_spring():
+    made = oscillator() + Cogging(jnp.asarray(-0.02), jnp.asarray(0.01), jnp.asarray(7.0))
+    balance = brentq(
+        lambda q: -STIFFNESS * q - 0.02 * np.sin(7.0 * q) + 0.01 * np.cos(7.0 * q), -0.1, 0.2
+    )
+    seen = creep(made, schedule(np.linspace(0.0, 1.0, 3)), 0.05)
+    np.testing.assert_allclose(seen.sensed, balance, rtol=1e-9)
 
 
 @pytest.mark.parametrize("hyst", [0.0, 0.02, 0.05, 0.08])

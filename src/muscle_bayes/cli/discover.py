@@ -34,6 +34,21 @@ def discover(
     ] = None,
     friction: FrictionOption = FrictionChoice.coulomb,
     effect: EffectOption = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MINUTES", min=0.0, help="Give the best answer by then. [default: no limit]"
+        ),
+    ] = None,
+    smallest: Annotated[
+        float,
+        typer.Option(
+            metavar="STEPS",
+            min=0.0,
+            help="RMS misfit that counts, in steps of the sensor; smaller misfit is reported, not claimed. "
+            "Of a sensor finer than its noise: in standard deviations of a reading.",
+        ),
+    ] = 0.25,
     preset: Annotated[Preset, typer.Option(help="How long the final posterior is sampled.")] = (
         Preset.quick
     ),
@@ -43,7 +58,9 @@ def discover(
 ) -> None:
     """Find where the model of RUN... disagrees with them, name the missing effect, and add it.
 
-    Says "none" where nothing is missing, and "unknown" where no named effect explains the misfit.
+    First says which effects these runs could show at all. An interrupt (Ctrl-C), or --budget, ends the
+    search with the best answer so far. Says "none" where nothing is missing, and "unknown" where no
+    named effect explains the misfit.
     It also names effects that the data cannot distinguish. The revised model is then fitted in full.
     Exits with 1 if that fit has not converged.
 
@@ -62,6 +79,7 @@ def discover(
 
     compute_on(device)
     loaded = read_runs(runs)
+    console = Console(emoji=False)
     held = tuple(hold_out or ())
     with shown_progress() as report:
         found = search(
@@ -71,6 +89,9 @@ def discover(
             effects=tuple(effect or ()),
             seed=seed,
             report=report,
+            told=lambda text: console.print(text, soft_wrap=True),
+            budget=budget,
+            smallest=smallest,
         )
     origins = {run.name: run.metadata.origin for run in loaded}
     write_figures(found, out, origins)
@@ -80,7 +101,6 @@ def discover(
     write_json(out / "discovery.json", found.as_dict())
     if json is not None:
         write_json(json, found.as_dict())
-    console = Console(emoji=False)
     _show(console, found, out)
     with shown_progress() as report:
         posterior = fit(
@@ -122,4 +142,6 @@ def _show(console, found: "Discovery", out: Path) -> None:
                 )
         console.print(shown)
     console.print(verdict_text(found), style="bold")
+    for left_out in found.not_searched:
+        console.print(f"not searched: {left_out}", style="bold yellow", soft_wrap=True)
     console.print(f"{found.stopped_because}; summary and figures: {out}", soft_wrap=True)

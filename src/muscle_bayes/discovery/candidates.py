@@ -131,7 +131,7 @@ def could_show(
     """
     share = {
         effect: float(
-            np.mean([one.visible > needed for one in some if one.strength == 1.0] or [0.0])
+            np.mean([one.visible > needed for one in some if one.strength == 1.0] or [False])
         )
         for effect, some in found.items()
     }

@@ -317,7 +317,7 @@ def _weighed(
         {n: fits[n].log_evidence for n in near},
     )
     models = {NONE: base, **near}
-    corrections = {}
+    corrections: dict[str, float] = {}
     for name in naming.order[:2]:
         if name in models:
             search.report("sampling to check", len(corrections), 2)
@@ -350,23 +350,22 @@ def add_function(found: Found, enough: float = 0.9) -> None:
     """
     search, base, last = found.search, found.base, found.last
     search.report("functions", 0, 2)
-    effects = tuple(link.effect for link in found.links)
     unnamed = ports(search.nested)
-    whole, (plain, named) = nest(search.nested, (*effects, *unnamed), (base, last), TERMS + 8)
+    whole, (plain, named) = nest(search.nested, (*last.effects, *unnamed), (base, last), TERMS + 8)
     inner = replace(search, nested=whole)
     names = function_names(traces(whole, named), unnamed)
-    best = {}
+    models = {"none": plain, "names": named}
     for key, one in {"instead": plain, "beside": named}.items():
-        options = {"workers": search.workers, "tick": search.tick}
-        fits = fit_functions(whole, slow(inner, one), names, inner.noise, **options)
-        if fits:
-            top = max(fits.values(), key=_evidence)
-            best[key] = settled(whole, top, workers=search.workers)
-        if not found.links:
-            best["beside"] = best.get("instead")
+        if key == "beside" and not found.links:
             break
+        begun = slow(inner, one)
+        fits = fit_functions(
+            whole, begun, names, inner.noise, workers=search.workers, tick=search.tick
+        )
+        if fits:
+            likeliest = max(fits.values(), key=_evidence)
+            models[key] = settled(whole, likeliest, workers=search.workers)
         search.report("functions", 1, 2)
-    models = {"none": plain, "names": named, **{k: v for k, v in best.items() if v is not None}}
     top = max(models.values(), key=_evidence)
     blocks = blocks_of(traces(whole, plain), in_dispute(plain, top))
     unseen = Unseen(whole, models, blocks, workers=search.workers, tick=search.tick)
@@ -374,14 +373,15 @@ def add_function(found: Found, enough: float = 0.9) -> None:
     most = max(closed.values())
     share = closed["names"] / most if most > 0.0 else 1.0
     _shares(found, most)
-    instead, beside = models.get("instead"), models.get("beside")
+    instead = models.get("instead")
+    beside = models.get("beside") if found.links else instead
     lead = -np.inf if instead is None else instead.log_evidence - named.log_evidence
     helped = beside is not None and beside.log_evidence > (
         -np.inf if instead is None else instead.log_evidence + 3.0
     )
     found.replaces = share < enough and lead > 0.0 and not (found.links and helped)
     found.odds = float(np.exp(np.clip(lead, 0.0, 700.0))) if found.replaces else 1.0
-    key = "instead" if found.replaces else "beside"
+    key = "instead" if found.replaces or not found.links else "beside"
     before = "none" if found.replaces else "names"
     after = models.get(key)
     if after is None:

@@ -55,7 +55,8 @@ class Draws:
                 "count. Its probability and intervals rest on the normal at the mode"
             )
         off = self.log_evidence - self.laplace
-        return f"{name}: sampled log evidence {off:+.1f} nat off Laplace's, {self.effective:.0f} draws count"
+        count = f"{self.effective:.0f} draws count"
+        return f"{name}: sampled log evidence {off:+.1f} nat off Laplace's, {count}"
 
 
 def sampled(

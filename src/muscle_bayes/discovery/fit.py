@@ -1,9 +1,9 @@
 """Fit all: every candidate from every start is a row of one batch of least squares."""
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -165,7 +165,7 @@ def noise_names(nested: Nested) -> list[str]:
 
 def misfit(nested: Nested, residuals: Sequence, data: Data) -> dict[str, tuple[float, float]]:
     """RMS residual of each regime's intervals [log's unit], and the readings in a usual interval."""
-    found = {}
+    found: dict[str, tuple[float, float]] = {}
     for regime in sorted(set(nested.layout.regimes)):
         groups = [k for k, name in enumerate(nested.layout.regimes) if name == regime]
         weights = [np.asarray(data.lanes[k].weight) for k in groups]
@@ -181,11 +181,12 @@ def tempered(
 ) -> Start:
     """The start with its misfit taken for white noise, or, `noise` of a reading given, for lasting."""
     names, point = nested.shared_names(), start.point.copy()
+    lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
     for regime, (rms, readings) in misfit(nested, residuals, start.data).items():
         values = {"noise": rms * np.sqrt(readings), "discrepancy": 1e-3 * rms}
         if noise is not None:
             values = {"noise": noise[regime], "discrepancy": max(rms, 0.1 * noise[regime])}
-            values["correlation_time"] = TYPICAL_MISFIT_TIME[regime]
+            values["correlation_time"] = lasts[regime]
         for key, value in values.items():
             point[names.index(f"{regime}.{key}")] = np.log(max(value, 1e-300))
     return start._replace(point=point)
@@ -288,10 +289,10 @@ def whole_weights(nested: Nested, data: Data) -> Data:
     return data._replace(lanes=tuple(one._replace(weight=all_.weight) for one, all_ in pairs))
 
 
-def sampled_values(nested: Nested, fitted: Fitted) -> dict[str, np.ndarray]:
+def sampled_values(nested: Nested, fitted: Fitted) -> dict[str, Any]:
     """What is sampled at a fit, effects that are not on off: `nested.point` makes a point of it again."""
     found = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
-    values = {name: np.asarray(found[name]) for name, _ in nested.layout.shapes}
+    values: dict[str, Any] = {name: np.asarray(found[name]) for name, _ in nested.layout.shapes}
     for regime, least in nested.least.items():
         # What is allowed in any case comes on top again.
         size = values[f"{regime}.discrepancy"]

@@ -1,22 +1,22 @@
 """Where the misfit is: windows of time whose errors exceed what noise and uncertain parameters allow."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.stats import gumbel_r
+from scipy.stats import gumbel_r, norm
 
 from muscle_bayes.discovery.conditions import Trace, is_settled, traces, where
 from muscle_bayes.discovery.fit import Fitted, fit_all, noise_names
 from muscle_bayes.discovery.nominal import error_of_reading, noise_by_regime, noise_of_reading
-from muscle_bayes.discovery.replicates import replicated_errors
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
 from muscle_bayes.inference.search.factored import FactoredPrecision
-from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.markup import html_table
 
 LEAST_P = 1e-12
@@ -94,10 +94,11 @@ class MisfitMap:
 def without_misfit(nested: Nested, fitted: Fitted, workers: int = 1) -> Fitted:
     """The same model fitted anew as if readings had nothing but noise, and a tolerated misfit."""
     names = nested.shared_names()
-    point, held = fitted.point.copy(), []
+    point, held = fitted.point.copy(), list[str]()
+    lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
     for regime, level in noise_by_regime(nested.problem).items():
         # What is tolerated is in the model already.
-        noise = (level, 1e-3 * level, TYPICAL_MISFIT_TIME[regime])
+        noise = (level, 1e-3 * level, lasts[regime])
         for key, value in zip(NoiseParameters._fields, noise, strict=True):
             held.append(f"{regime}.{key}")
             point[names.index(held[-1])] = np.log(value)
@@ -126,7 +127,8 @@ def locate(
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
     whole = max(every, sum(found.excess(index).sum() for index in chosen), 1e-12)
-    error = error_of_reading(nested)["mean"]
+    thermal = np.concatenate([np.asarray(one.thermal).ravel() for one in judged.data.lanes])
+    error = np.sqrt(error_of_reading(nested)["mean"] ** 2 + thermal)
     windows = tuple(_told(nested, lines, found, index, whole, error) for index in chosen)
     return MisfitMap(windows, float(found.p_value.min()), every, tuple(lines))
 
@@ -299,3 +301,69 @@ def _apart(found: Scan, most: int = 12) -> list[int]:
         if all(end <= found.start[i] or begin >= found.end[i] for i in chosen):
             chosen.append(int(index))
     return chosen
+
+
+def replicated_errors(
+    nested: Nested, fitted: Fitted, count: int, seed: int, fine: float = 3.0
+) -> Float[np.ndarray, "error replicate"]:
+    """Standardised errors of data sets that the model itself would give, in the order of `fitted.errors`.
+
+    A sensor that rounds by more than its noise biases the readings of a rotor at rest, the mean of many
+    as much as each: by how much depends on where between two steps it lies, which no model tells so well.
+
+    Readings are rounded as the sensor rounds, where noise is below `fine` of its steps; where between
+    two steps each run lies is drawn.
+    """
+    rng = np.random.default_rng(seed)
+    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
+    places = rng.uniform(0.0, 1.0, (len(nested.problem.runs), count))
+    parts = []
+    for lanes, regime, owners, residual in zip(
+        fitted.data.lanes,
+        nested.layout.regimes,
+        nested.problem.lane_runs,
+        fitted.look.residuals,
+        strict=True,
+    ):
+        noise, modelled = float(values[f"{regime}.noise"]), lanes.reading - np.asarray(residual)
+        for lane, owner in enumerate(owners):
+            normal, weight = rng.standard_normal((modelled.shape[1], count)), lanes.weight[lane]
+            quantum, coarse = float(lanes.quantum[lane]), np.asarray(lanes.coarse[lane])[:, None]
+            readings = np.maximum(np.asarray(weight), 1.0)[:, None]
+            if 0.0 < noise < fine * quantum:
+                spread = noise / quantum
+                place = np.asarray(modelled[lane])[:, None] / quantum + places[owner]
+                error = rounded_errors(place, normal, readings, spread)
+                normal = error / np.sqrt(spread**2 / readings + coarse)
+            parts.append(normal)
+    return np.concatenate(parts)
+
+
+def rounded_errors(
+    place: Float[np.ndarray, "interval replicate"],
+    normal: Float[np.ndarray, "interval replicate"],
+    readings: Float[np.ndarray, "interval 1"],
+    spread: float,
+) -> Float[np.ndarray, "interval replicate"]:
+    """Mean of so many readings with noise of this spread, rounded to integers, less the place measured.
+
+    A single one is round(y + s z) - y of place y. Means have its bias, as far as the place stays the same
+    while they are taken, and what is left of its variance.
+    """
+    single = np.round(place + spread * normal) - place
+    bias, deviation = (np.interp(place % 1.0, *table) for table in _tables(spread))
+    moved = np.abs(np.gradient(place, axis=0)) if len(place) > 1 else np.zeros_like(place)
+    mean = np.sinc(moved) * bias + deviation * normal / np.sqrt(readings)
+    return np.where(readings > 1.0, mean, single)
+
+
+def _tables(spread: float, places: int = 64) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Bias and standard deviation of a rounded reading, each with the places they are of."""
+    place = np.linspace(0.0, 1.0, places + 1)
+    reach = int(np.ceil(6.0 * spread)) + 2
+    told = np.arange(-reach, reach + 2)
+    edges = (np.append(told - 0.5, told[-1] + 0.5) - place[:, None]) / spread
+    chance = np.diff(norm.cdf(edges), axis=1)
+    mean = chance @ told
+    variance = chance @ told**2 - mean**2
+    return (place, mean - place), (place, np.sqrt(np.maximum(variance, 0.0)))

@@ -60,7 +60,9 @@ def nominal(
     """
     problem = pose(runs, friction, effects)
     seen = without_runs(problem, problem.data, hold_out)
-    mode = find_mode(jax.random.key(seed), problem.layout, seen, workers=workers, most_starts=24)
+    mode = find_mode(
+        jax.random.key(seed), problem.layout, seen, workers=workers, most_starts=16, agreeing=(3, 6)
+    )
     data = pivoted(mode.vector, problem.layout, seen)
     values = constrained_at(mode.vector, problem.layout, data)
     posed = pose(runs, friction, (*effects, *candidates))
@@ -119,7 +121,8 @@ def without_blocks(data: Data, blocks: Int[np.ndarray, " error"], chosen: Collec
 
 def error_of_reading(nested: Nested) -> dict[str, Float[np.ndarray, " error"]]:
     """Noise and rounding of the mean reading of each interval [the log's unit], by "mean" and "single"."""
-    noise, parts = noise_by_regime(nested.problem), {"mean": [], "single": []}
+    noise = noise_by_regime(nested.problem)
+    parts: dict[str, list[np.ndarray]] = {"mean": [], "single": []}
     for lanes, regime in zip(nested.data.lanes, nested.layout.regimes, strict=True):
         weight, quantum = np.asarray(lanes.weight), np.asarray(lanes.quantum)[:, None]
         rounding = quantum**2 * np.asarray(lanes.coarse)

@@ -24,8 +24,15 @@ def verdict_text(found: Discovery) -> str:
     """The verdict as a sentence."""
     if found.verdict == NONE:
         left = found.final.misfit
+        if found.not_searched:
+            return "Nothing was found so far; the search did not end."
         if not left.significant:
             return "Nothing is missing that these runs could show."
+        if left.steps < found.smallest:
+            return (
+                f"Nothing is claimed: the largest misfit is small, {left.steps:.2g} steps of the sensor "
+                f"RMS (less than {found.smallest:g} is not searched)."
+            )
         none, unknown = (found.probabilities[name] for name in (NONE, UNKNOWN))
         return (
             "Nothing is claimed. A misfit is left that nothing tried explains "
@@ -39,7 +46,19 @@ def verdict_text(found: Discovery) -> str:
         else step.added
         for step in found.steps
     ]
-    return f"Missing from the model: {', then '.join(parts)}."
+    return f"Missing from the model: {', then '.join(parts)}.{_shares(found)}"
+
+
+def _shares(found: Discovery) -> str:
+    """What each step closes of the gap that any model closes on unseen readings."""
+    told = [*found.steps, *([found.remainder] if found.remainder else [])]
+    if any(step.share is None for step in told):
+        return ""
+    parts = [f"{step.effect.partition('(')[0]} {step.share:.0%}" for step in found.steps]
+    if found.remainder is not None:
+        rest = found.remainder
+        parts.append(f"rest {rest.share:.0%} ({rest.port}, depends on {', '.join(rest.signals)})")
+    return f" Of the gap on unseen readings: {', '.join(parts)}."
 
 
 def summary(found: Discovery, origins: Mapping[str, str]) -> str:
@@ -50,13 +69,16 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
         which = "All runs are" if every else f"{', '.join(synthetic)}:"
         lines += [f"**{which} SYNTHETIC data, written by a simulator.**", ""]
     lines += [verdict_text(found), ""]
+    if found.visible is not None:
+        lines += ["## What these runs could show", "", found.visible.text(), ""]
     lines += ["## Where the misfit was", ""]
     lines += _located(found)
     lines += ["## How likely", ""]
     order = sorted(found.probabilities.items(), key=lambda item: -item[1])
     lines += [f"- {name}: {p:.1%}" for name, p in order if p >= 0.005] + [""]
+    lines += [f"- {check}." for check in found.checks] + [""]
     for tie in found.ties:
-        lines += [f"These runs cannot tell apart: {', '.join(tie)}.", ""]
+        lines += [f"These runs cannot distinguish: {', '.join(tie)}.", ""]
     for step in found.steps:
         lines += _step(step, found)
     lines += ["## What is left", ""]
@@ -65,6 +87,7 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
         f"Largest misfit left: p = {left.p_value:.2g} over all windows of all runs. "
         f"The search ended because {found.stopped_because}.",
         "",
+        *[f"Not searched: {one}." for one in found.not_searched],
     ]
     if (following := found.next_experiment) is not None:
         loads = ", ".join(f"{1000 * load:g} g" for load in following.loads)

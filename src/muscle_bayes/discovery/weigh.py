@@ -104,7 +104,7 @@ class Naming:
 
     @property
     def tie(self) -> tuple[str, ...]:
-        """Effects that the data cannot separate, a tenth as likely as the likeliest or more, likeliest first."""
+        """Effects that the data cannot separate, down to a tenth as likely as the likeliest, in order."""
         named = {name: p for name, p in self.probabilities.items() if name != NONE}
         order = sorted(named, key=lambda name: -named[name])
         close = [name for name in order if named[name] >= 0.1 * named[order[0]]]
@@ -190,11 +190,11 @@ def blocks_of(
 ) -> Int[np.ndarray, " error"]:
     """Number of the block in which each reading lies, in order of time; -1 where nothing is observed.
 
-    Every run is split into `parts` of equal time, and no block of several readings holds more than its share of what two models dispute over all of `lines`. In
-    blocks of equal time an effect that acts for some seconds would stand or fall with one of them, and
-    nothing would be left to tell it from while that is left out. What is disputed are densities of
-    readings given those before, so neighbours count as independent. But for those of a segment, which
-    are known together only, its start being integrated out: no block holds a part of one.
+    Every run is split into `parts` of equal time, and those that hold more than their share of what two
+    models dispute are halved: in blocks of equal time an effect that acts for some seconds would stand or
+    fall with one of them. What is disputed are densities of readings given those before, so neighbours
+    count as independent. But for those of a segment, which are known together only, its start being
+    integrated out: no block holds a part of one.
     """
     found = np.full(disputed.size, -1)
     most = sum(float(disputed[line.place].sum()) for line in lines) / parts

@@ -4,7 +4,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from muscle_bayes.discovery.naming import NONE
+from muscle_bayes.discovery.weigh import NONE
 from muscle_bayes.physics.effects import CATALOGUE
 from muscle_bayes.report.style import BLACK, BLUE, GREY, WIDTH, quiet_style
 from muscle_bayes.trial.counts import NOTHING, Rate

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
-from muscle_bayes.discovery.naming import NONE, PRIOR_NONE, UNKNOWN
+from muscle_bayes.discovery.weigh import NONE, PRIOR_NONE, UNKNOWN
 
 DETECTABLE = 0.5
 """Least excess misfit, in the error of a reading, of a case that counts as detectable."""

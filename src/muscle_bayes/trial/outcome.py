@@ -13,8 +13,8 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.locate import MisfitMap
+from muscle_bayes.discovery.nominal import noise_of_reading
 from muscle_bayes.discovery.result import Discovery, Judged
-from muscle_bayes.discovery.tolerance import noise_of_reading
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
@@ -53,13 +53,6 @@ def run_case(case: Case) -> dict[str, Any]:
         "excess_left": [excess(step.after.misfit, found.floor, noise) for step in found.steps],
         "held_out": held_out_ratio(found.final, noise, found),
         "bic": dict(found.naming.bic),
-        "regression": {
-            "effects": list(found.regression.effects),
-            "gram": found.regression.gram.tolist(),
-            "projection": found.regression.projection.tolist(),
-            "total": found.regression.total,
-            "errors": found.regression.errors,
-        },
         "misfit_p_value": found.located.p_value,
         "left_p_value": found.final.misfit.p_value,
     }

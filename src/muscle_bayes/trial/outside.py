@@ -15,16 +15,18 @@ class Outside(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class Detent(Outside):
-    """A torque that pulls towards an angle, such as a magnet's: -depth sin(waves (theta - at)) ."""
+    """A torque that pulls towards one angle, such as a ball in a notch: -depth x exp((1 - x^2) / 2),
+    x = (theta - at) / width."""
 
     name: ClassVar[str] = "detent"
     port: ClassVar[str] = "torque"
     depth: float = 0.006
-    waves: float = 6.0
-    at: float = 0.1
+    at: float = 0.4
+    width: float = 0.15
 
     def extra_torque(self, angle: float, velocity: float) -> float:
-        return -self.depth * math.sin(self.waves * (angle - self.at))
+        x = (angle - self.at) / self.width
+        return -self.depth * x * math.exp(0.5 * (1.0 - x * x))
 
 
 @dataclass(frozen=True, kw_only=True)

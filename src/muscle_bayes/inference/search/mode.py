@@ -183,6 +183,7 @@ def find_mode(
     prior_draws: int = 256,
     most_starts: int = 40,
     wave: int = 4,
+    agreeing: tuple[int, int] = (3, 20),
     agreement: float = 5.0,
 ) -> Mode:
     """The best of several local maxima, started from the most probable of many prior draws.
@@ -199,10 +200,11 @@ def find_mode(
         workers: rows that are evaluated side by side; the result does not depend on it.
         prior_draws: draws of the prior, of which the likeliest are starts.
         most_starts: starts at most.
-        wave: starts that are fitted together. The search ends when three have come within `agreement`
-            nats of the best, or twenty where the misfit of the best is 1.2 times the noise: then the
-            model is wrong, or most starts lead to a mode that is.
-        agreement: see `wave`.
+        wave: starts that are fitted together.
+        agreeing: starts that must come within `agreement` nats of the best to end the search; the second
+            where the misfit of the best is 1.2 times the noise: then the model is wrong, or most
+            starts lead to a mode that is.
+        agreement: see `agreeing`.
 
     Raises:
         MuscleBayesError: when no prior draw gives a finite density.
@@ -218,7 +220,7 @@ def find_mode(
     for starts in batched(begun, wave, strict=False):
         shapes += _shaped(starts, layout, data, workers, shares)
         report(len(shapes), most_starts)
-        wanted = 3 if best().ratio < 1.2 else 20
+        wanted = agreeing[best().ratio > 1.2]
         if sum(shape.level < best().level + agreement for shape in shapes) >= wanted:
             break
     level = np.inf

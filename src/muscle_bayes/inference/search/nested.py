@@ -17,6 +17,7 @@ from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX, SIGNALS, function_type
 from muscle_bayes.physics.muscle import MuscleParameters
 
+
 class Choice(NamedTuple):
     """Which effects are on, as arrays: candidates share compiled code."""
 
@@ -44,7 +45,7 @@ class Nested:
     """Of each regime, the size of a lasting discrepancy that is always allowed [log's unit]: an effect
     that explains less says nothing about the plant."""
     slots: int = 8
-    """Entries of a point for effects' parameters; more only where a model has more: one shape to compile."""
+    """Entries of a point for effects' parameters, more where a model has more: few shapes to compile."""
 
     @property
     def layout(self) -> Layout:

@@ -29,8 +29,8 @@ def _levels(layout: Layout, data: Data) -> dict[str, Float[Array, " level"]]:
 def alternatives(
     point: Float[np.ndarray, " n"], quantities: Sequence[str], layout: Layout, data: Data
 ) -> list[tuple[int, float, float]]:
-    """Of a vector of these `quantities`: entry, another value of it, and the least change of a predicted reading, in its expected noise,
-    that makes it another shape.
+    """Of a vector of these `quantities`: entry, another value of it, and the change of some reading, in its
+    expected noise, from which on that makes another shape.
 
     Each minimum force at quantiles of its prior: while the tension stays on one side of it, nothing tells
     a descent what lies on the other. And each run's HYST begun as in the median run, of two as in the

@@ -4,6 +4,7 @@ from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.physics.effect import Effect, TemperatureFilter
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
 from muscle_bayes.physics.effects.clock_offset import ClockOffset
+from muscle_bayes.physics.effects.cogging import Cogging
 from muscle_bayes.physics.effects.coil_contact import CoilContact
 from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
@@ -28,6 +29,7 @@ CATALOGUE: dict[str, AnyEffectType] = {
     for effect in (
         BiasTorque,
         ClockOffset,
+        Cogging,
         CoilContact,
         DamperLaw,
         FirstCycleSet,
@@ -72,6 +74,7 @@ __all__ = [
     "AnyEffectType",
     "BiasTorque",
     "ClockOffset",
+    "Cogging",
     "CoilContact",
     "DamperLaw",
     "FirstCycleSet",

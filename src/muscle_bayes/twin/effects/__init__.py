@@ -14,6 +14,7 @@ from muscle_bayes.twin.effects.muscle import (
 )
 from muscle_bayes.twin.effects.rotor import (
     BiasTorque,
+    Cogging,
     LoadDependentFriction,
     QuadraticDrag,
     StribeckFriction,
@@ -31,6 +32,7 @@ EFFECTS: dict[str, type[Effect]] = {
     for kind in (
         BiasTorque,
         ClockOffset,
+        Cogging,
         CoilContact,
         DamperLaw,
         FirstCycleSet,

@@ -57,17 +57,19 @@ class ModulusTemperature(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class DamperLaw(Effect):
-    """HYST's damper of eq. 17 times Arrhenius' factor, which is 1 at 25 C.
+    """HYST's damper of eq. 17 times a factor that is 1 at 25 C: Arrhenius' where shape is 1.
 
-    activation_temperature: activation energy over the gas constant, K.
+    activation_temperature: activation energy over the gas constant, K; shape: exponent n of
+    ((298.15 K / T)^n - 1) / n, which takes the place of 298.15 K / T - 1.
     """
 
     name: ClassVar[str] = "damper-law"
     activation_temperature: float = 1500.0
+    shape: float = 1.0
 
     def damper(self, coefficient: float, temperature: float) -> float:
         kelvin = temperature + 273.15
-        cooler = (298.15 - kelvin) / (298.15 * kelvin)
+        cooler = ((298.15 / kelvin) ** self.shape - 1.0) / (self.shape * 298.15)
         return coefficient * math.exp(self.activation_temperature * cooler)
 
 

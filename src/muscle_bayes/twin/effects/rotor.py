@@ -19,6 +19,20 @@ class ViscousFriction(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Cogging(Effect):
+    """Torque sine sin(waves theta) + cosine cos(waves theta), N m."""
+
+    name: ClassVar[str] = "cogging"
+    sine: float = 0.006
+    cosine: float = 0.0
+    waves: float = 8.0
+
+    def extra_torque(self, angle: float, velocity: float) -> float:
+        phase = self.waves * angle
+        return self.sine * math.sin(phase) + self.cosine * math.cos(phase)
+
+
+@dataclass(frozen=True, kw_only=True)
 class BiasTorque(Effect):
     """Constant torque on the rotor, N m."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.discovery.locate import SIGNIFICANT
-from muscle_bayes.discovery.naming import CLAIM, NONE, UNKNOWN, could_claim, unexplained, weigh
+from muscle_bayes.discovery.weigh import CLAIM, NONE, UNKNOWN, could_claim, unexplained, weigh
 
 BLOCKS = np.repeat(np.arange(40), 5)
 
