@@ -17,6 +17,6 @@ def test_the_error_of_a_reading_is_noise_and_rounding(noise: float) -> None:
         exact = 500.0 + 80.0 * np.sin(2.0 * np.pi * np.arange(20_000) / period)
         reading = np.round(exact + noise * rng.standard_normal(exact.size))
         table = pd.DataFrame({"reading": reading})
-        runs.append(SimpleNamespace(table=table, sensor=SimpleNamespace(resolution=1.0)))
+        runs.append(SimpleNamespace(table=table, output_sensor=SimpleNamespace(resolution=1.0)))
     expected = np.sqrt(noise**2 + 1.0 / 12.0)
     assert error_of_reading(runs) == pytest.approx(expected, rel=0.05)

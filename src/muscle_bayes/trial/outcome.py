@@ -61,7 +61,7 @@ def run_case(case: Case) -> dict[str, Any]:
 def error_of_reading(runs: Sequence[Run]) -> float:
     """RMS error of one reading, noise and rounding [the log's unit], of runs logged by one sensor."""
     noise = np.median([noise_of_reading(run) for run in runs])
-    return float(np.sqrt(noise**2 + runs[0].sensor.resolution ** 2 / 12.0))
+    return float(np.sqrt(noise**2 + runs[0].output_sensor.resolution ** 2 / 12.0))
 
 
 def excess(misfit: MisfitMap, floor: Mapping[str, float], noise: float) -> float:
