@@ -40,28 +40,30 @@ def polynomial(coefficients: Sequence[Scalar], signal: Scalar, low: Scalar, high
 
 @jax.custom_jvp
 def _sum(c: tuple[Scalar, ...], x: Scalar) -> Scalar:
-    """sum_k c_k T_k(x), k from 1, by Clenshaw's recurrence."""
-    ahead, after = jnp.zeros_like(x), jnp.zeros_like(x)
-    for coefficient in reversed(c):
-        ahead, after = coefficient + 2.0 * x * ahead - after, ahead
-    return x * ahead - after
+    """sum_k c_k T_k(x), k from 1, with T_k(cos a) = cos(k a).
+
+    As arrays: a recurrence, unrolled, takes minutes to compile within a solver.
+    """
+    first, _ = _terms(len(c), x)
+    return jnp.sum(jnp.stack([one + jnp.zeros_like(x) for one in c]) * first, axis=0)
+
+
+def _terms(count: int, x: Scalar) -> tuple[Scalar, Scalar]:
+    """T_k(x) and their slopes k sin(k a) / sin(a), k from 1, along a leading axis."""
+    order = jnp.arange(1.0, count + 1.0).reshape(-1, *[1] * jnp.ndim(x))
+    angle = jnp.arccos(jnp.clip(x, -1.0 + 1e-12, 1.0 - 1e-12))
+    slopes = order * jnp.sin(order * angle) / jnp.sin(angle)
+    return jnp.cos(order * angle), slopes
 
 
 @_sum.defjvp
 def _sum_slope(primals: Any, tangents: Any) -> tuple[Scalar, Scalar]:
     """T_k and the slope are worked out once for all directions, not along each of them."""
     (c, x), (dc, dx) = primals, tangents
-    first, second = [x], [jnp.ones_like(x)]  # T_1.. and U_0..
-    before = jnp.ones_like(x), jnp.zeros_like(x)
-    for _ in c[1:]:
-        ahead = 2.0 * x * first[-1] - before[0], 2.0 * x * second[-1] - before[1]
-        before = first[-1], second[-1]
-        first.append(ahead[0])
-        second.append(ahead[1])
-    value = sum(a * b for a, b in zip(c, first, strict=True))
-    slope = sum(k * a * u for k, (a, u) in enumerate(zip(c, second, strict=True), 1))
-    moved = sum(a * b for a, b in zip(dc, first, strict=True))
-    return value, moved + slope * dx
+    first, slopes = _terms(len(c), x)
+    sizes, moves = (jnp.stack([one + jnp.zeros_like(x) for one in part]) for part in (c, dc))
+    value, moved = jnp.sum(sizes * first, axis=0), jnp.sum(moves * first, axis=0)
+    return value, moved + jnp.sum(sizes * slopes, axis=0) * dx
 
 
 def applied(port: Port, value: Scalar, change: Scalar) -> Scalar:
