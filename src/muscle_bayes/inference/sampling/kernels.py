@@ -49,6 +49,11 @@ class SmoothBlock(Protocol):
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         """The state of all chains after warm-up; statistics have chain and draw axes."""
 
+    def unconstrained(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Unconstrained draws of the block's sites from those that the state holds."""
+
 
 @dataclass(frozen=True)
 class Nuts:
@@ -96,6 +101,11 @@ class Nuts:
         adapted = adapted._replace(step_size=jnp.full_like(adapted.step_size, size))
         return state._replace(adapt_state=adapted, i=jnp.full_like(state.i, SCHEDULE))
 
+    def unconstrained(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        return values
+
 
 @dataclass(frozen=True)
 class CrankNicolsonSteps:
@@ -125,6 +135,14 @@ class CrankNicolsonSteps:
         places = statistics["place"]
         later = places[:, places.shape[1] // 2 :]
         return state._replace(centre=jnp.asarray(later.mean((0, 1))))
+
+    def unconstrained(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        names = sorted(values)
+        sizes = [int(np.prod(values[name].shape[2:])) for name in names]
+        parts = np.split(statistics["place"], np.cumsum(sizes)[:-1], axis=2)
+        return dict(zip(names, parts, strict=True))
 
 
 def gibbs_kernel(

@@ -165,7 +165,11 @@ def _begin(
         place = _dispersed(rng, mode, entries, problem)
         state = first(key_chain, jnp.asarray(place), data)
         states.append(with_smooth(state, smooth.begun(smooth_state(state), blocks.smooth, normal)))
-    # On a device, as later states are: compiled code then serves the first one too.
+    return states
+
+
+def _placed(states: list[GibbsState]) -> list[GibbsState]:
+    """The states on a device, as those that compiled code returns: the same code then serves them."""
     return jax.device_put(states, jax.devices()[0])
 
 
@@ -220,7 +224,7 @@ class _Chains:
         report: Callable[[int, int, str], None],
     ) -> None:
         self._kernel = _kernel(problem, smooth, effort.slices)
-        self._states = _begin(key, self._kernel, mode, problem, smooth, effort.chains)
+        self._states = _placed(_begin(key, self._kernel, mode, problem, smooth, effort.chains))
         self._smooth, self._problem, self._chunk = smooth, problem, effort.chunk
         self._workers, self._report = workers, report
         self._done, self._planned = 0, effort.warmup + effort.draws
@@ -231,10 +235,12 @@ class _Chains:
         """Drop so many draws, and adapt to them; their mean acceptance probability."""
         self._advance(count, lambda: "warm-up")
         statistics = _joined(self._rows).statistics
-        self._states = [
-            with_smooth(one, self._smooth.warmed(smooth_state(one), statistics))
-            for one in self._states
-        ]
+        self._states = _placed(
+            [
+                with_smooth(one, self._smooth.warmed(smooth_state(one), statistics))
+                for one in self._states
+            ]
+        )
         self._rows = []
         rates = statistics["acceptance_rate"]
         return float(rates[:, rates.shape[1] // 2 :].mean())
@@ -308,11 +314,11 @@ def _joined(chunks: list[list[_Rows]]) -> _Rows:
 
 def _draws(chunks: list[list[_Rows]], problem: Problem, smooth: SmoothBlock) -> Draws:
     values, statistics = _joined(chunks)
-    free = () if smooth.constrained else blocks_of(list(values)).smooth
+    sites = blocks_of(list(values)).smooth
+    free = smooth.unconstrained({name: values[name] for name in sites}, statistics)
     columns = []
     for name, _ in problem.layout.shapes:
-        value = np.asarray(values[name])
-        if name not in free:
-            value = np.asarray(dist.biject_to(problem.data.priors[name].support).inv(value))
+        # The others are positive.
+        value = free[name] if name in free else np.log(values[name])
         columns.append(value.reshape(*value.shape[:2], -1))
     return Draws(np.concatenate(columns, axis=2), statistics)
