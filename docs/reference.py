@@ -88,7 +88,9 @@ def inline_mathml(translator, node) -> None:
 
 def block_mathml(translator, node) -> None:
     """An equation of its own."""
-    translator.body.append(f"<div>{tex2mathml(node.astext(), as_block=True)}</div>")
+    translator.body.append(
+        f'<div style="margin: 1em 0">{tex2mathml(node.astext(), as_block=True)}</div>'
+    )
     raise SkipNode
 
 

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # The muscle: nine parameters, and what a staircase can tell of them
+# # The muscle: nine parameters, and which of them a staircase identifies
 #
 # **You will learn** how to estimate the muscle's nine parameters, and which of them the runs leave open.
 #
