@@ -11,6 +11,8 @@ from muscle_bayes.report.bands import mark_origin
 from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
 
 _SIDE_COLOURS = {"a": VERMILLION, "b": SKY}
+HEATED = 2.0
+"""Span of temperatures below which only noise would be drawn, C."""
 _MEDIAN_SPAN = 1.0
 """Span of the running median drawn over the temperatures, s."""
 
@@ -26,7 +28,7 @@ def run_figure(run: Run) -> Figure:
     """
     panels: list[tuple[Callable[[Axes, Run], None], float]] = [(_position, 2.0)]
     table = run.table
-    if any(np.ptp(table[f"temperature_{side}"]) > 0 for side in "ab"):
+    if any(np.ptp(table[f"temperature_{side}"]) > HEATED for side in "ab"):
         panels.append((_temperature, 1.5))
     if table["load"].nunique() > 1:  # a constant load is told in the title
         panels.append((_load, 0.8))

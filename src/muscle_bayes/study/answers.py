@@ -76,7 +76,8 @@ def _quantities(results: Results) -> Table:
         own = unit or unit_of(units.get(what.split()[-1], "1"))
         rows.append((what, number(middle), interval(row), own, printed, agreed))
     columns = ("quantity", "median", "90 % interval", "unit", "published", "inside")
-    return table(columns, rows)
+    shown = 6 if any(row[4] for row in rows) else 4
+    return table(columns[:shown], [row[:shown] for row in rows])
 
 
 def _published(
