@@ -107,7 +107,8 @@ def promising(found: Sequence[Candidate], most: int = 4) -> list[Candidate]:
     if not found or is_function(found[0].effect):
         return list(found[:2])
     chosen = list(found[:2])
-    for strength in {one.strength for one in found} - {one.strength for one in chosen}:
+    left = {one.strength for one in found} - {one.strength for one in chosen}
+    for strength in sorted(left, reverse=True):
         chosen.append(next(one for one in found if one.strength == strength))
     rest = [one for one in found if all(one is not other for other in chosen)]
     return (chosen + rest)[:most]

@@ -317,13 +317,14 @@ def _weighed(
         {n: fits[n].log_evidence for n in near},
     )
     models = {NONE: base, **near}
-    corrections: dict[str, float] = {}
-    for name in naming.order[:2]:
-        if name in models:
-            search.report("sampling to check", len(corrections), 2)
-            drawn = sampled(search.nested, models[name], search.seed, workers=search.workers)
-            found.checks.append(drawn.text(name))
-            corrections[name] = drawn.log_evidence - drawn.laplace
+    checked: dict[str, Draws] = {}
+    for name in [name for name in naming.order if name in models][:2]:
+        search.report("sampling to check", len(checked), 2)
+        checked[name] = sampled(search.nested, models[name], search.seed, workers=search.workers)
+        found.checks.append(checked[name].text(name))
+    corrections = {name: one.log_evidence - one.laplace for name, one in checked.items()}
+    if not all(one.good for one in checked.values()):
+        corrections = {}
     return naming.corrected(corrections).supported(found.left.p_value)
 
 
@@ -388,7 +389,7 @@ def add_function(found: Found, enough: float = 0.9) -> None:
         return
     gate = unseen.gate(before, key)
     if not gate.passed:
-        found.replaces, found.odds = False, 1.0 if found.links else None
+        found.replaces, found.odds = False, 1.0
         return
     blank = Naming({}, {}, {})
     rest = (closed[key] - closed[before]) / most if most > 0.0 else 0.0
@@ -414,9 +415,9 @@ def _shares(found: Found, most: float) -> None:
 def _result(found: Found, smallest: float) -> Discovery:
     search, left, links = found.search, found.left, list(found.links)
     naming = found.naming or linear({})
-    odds = unexplained(left.p_value) if found.odds is None else found.odds
-    if left.steps < smallest:
-        odds = 1.0
+    odds = found.odds
+    if odds is None:
+        odds = 1.0 if left.significant or left.steps < smallest else unexplained(left.p_value)
     # A misfit that neither an effect nor a function describes speaks for something unknown all the same.
     against = 1.0 if links or left.steps < smallest else unexplained(found.located.p_value)
     probabilities = naming.with_unknown(odds, against)

@@ -22,10 +22,11 @@ WINDOWS = 5
 
 def verdict_text(found: Discovery) -> str:
     """The verdict as a sentence."""
+    if found.not_searched and not found.steps:
+        left = "a misfit is left" if found.located.significant else "nothing was found so far"
+        return f"The search did not end: {left}."
     if found.verdict == NONE:
         left = found.final.misfit
-        if found.not_searched:
-            return "Nothing was found so far; the search did not end."
         if not left.significant:
             return "Nothing is missing that these runs could show."
         if left.steps < found.smallest:
