@@ -127,6 +127,17 @@ def user_errors() -> Iterator[None]:
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
+def _dress(option: Any) -> None:
+    """One look for all options: N for whole numbers, X for others, nothing for flags."""
+    if text := getattr(option, "help", None):
+        option.help = escape(text)
+    if getattr(option, "is_flag", False):
+        option.metavar = " "
+    elif option.metavar is None:
+        kind = option.bare_type()
+        option.metavar = "N" if "int" in kind else "X" if "float" in kind else None
+
+
 class Commands(TyperGroup):
     """All commands: each shows examples and exit codes in its help, and fails with one message."""
 
@@ -139,8 +150,7 @@ class Commands(TyperGroup):
             shown = [f"  {line.strip()}" for line in examples.splitlines() if line.strip()]
             command.epilog = escape("\n".join(["Examples:", *shown]) + f"\n\n{EXIT_CODES}")
             for option in command.params:
-                if text := getattr(option, "help", None):
-                    option.help = escape(text)  # type: ignore[attr-defined]
+                _dress(option)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run a command under `user_errors`, reading its options included."""
