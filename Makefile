@@ -65,12 +65,9 @@ calibration: $(READY) ## simulation-based calibration, 200 data sets each (an ho
 	@$(BIN)/python scripts/write_calibration_doc.py $(CALIBRATION)
 
 STUDIED := reports/posteriors
-control: $(READY) ## tune and judge gains over `make study`'s posteriors, write docs/control-*.md (long)
-	@$(BIN)/python scripts/control_findings.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --heater data/sawtooth.csv
-	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc --each
-	@$(BIN)/python scripts/fit_hidden_effect.py $(STUDIED)
-	@$(BIN)/python scripts/compare_gains.py $(STUDIED)/hidden.nc --misled $(STUDIED)/hidden-unseen.nc --fixture $(STUDIED)/fixture-linear.nc --out docs/control-discrepancy.md
-	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc --fixture $(STUDIED)/fixture-linear.nc
+control: $(READY) ## tune and judge gains over `make study`'s posterior, write docs/control-results.md (long)
+	@$(BIN)/python scripts/control_results.py $(STUDIED)/muscle.nc --heater data/sawtooth.csv
+	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc
 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
 	@$(BIN)/muscle-bayes trial

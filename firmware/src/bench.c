@@ -200,7 +200,8 @@ static void control(struct bench *b)
     uint8_t duty[CHANNELS];
     if (b->safety.faults) {
         control_stop(&b->control);
-    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.angle, duty)) {
+    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.angle,
+                                          b->safety.temperature, duty)) {
         safety_drive(&b->safety, duty);
     }
 }

@@ -6,16 +6,23 @@
 #include GAINS_HEADER
 
 #define FULL_DUTY 255
-#define SUM_LIMIT 4000000           /* more than ever makes a difference, less than overflows */
+#define SUM_LIMIT 1024000000        /* more than ever makes a difference, less than overflows */
+#define FEEDS 9
 
 _Static_assert(GAINS_PERIOD_MS >= 1 && GAINS_PERIOD_MS <= 1000, "GAINS_PERIOD_MS is out of range");
 _Static_assert(GAINS_KP >= INT16_MIN && GAINS_KP <= INT16_MAX, "GAINS_KP is out of range");
 _Static_assert(GAINS_KI >= INT16_MIN && GAINS_KI <= INT16_MAX, "GAINS_KI is out of range");
+_Static_assert(GAINS_FILTER >= 1 && GAINS_FILTER <= 65536, "GAINS_FILTER is out of range");
 _Static_assert(GAINS_BIAS >= 0 && GAINS_BIAS <= FULL_DUTY, "GAINS_BIAS is out of range");
+_Static_assert(GAINS_FADE_LOW < GAINS_FADE_HIGH, "GAINS_FADE_LOW is not below GAINS_FADE_HIGH");
+_Static_assert(GAINS_FEED_STEP >= 1, "GAINS_FEED_STEP is out of range");
+
+static const int16_t feeds[FEEDS] = GAINS_FEED;
 
 void control_stop(struct control *c)
 {
     c->active = false;
+    c->begun = false;
     c->sum = 0;
     c->wait_ms = 0;
 }
@@ -30,19 +37,41 @@ bool control_hold(struct control *c, int16_t setpoint)
     return true;
 }
 
-static int32_t output(int32_t error, int32_t sum)
+static int32_t clamped(int64_t value, int32_t low, int32_t high)
 {
-    int64_t u = ((int64_t)GAINS_KP * 256 * error + (int64_t)GAINS_KI * sum) / 65536;
-    return u > FULL_DUTY ? FULL_DUTY : u < -FULL_DUTY ? -FULL_DUTY : (int32_t)u;
+    return value < low ? low : value > high ? high : (int32_t)value;
 }
 
-static uint8_t biased(int32_t more)
+/* Straight between the entries, constant beyond them. */
+static int32_t feed(int32_t setpoint)
 {
-    int32_t duty = GAINS_BIAS + (more > 0 ? more : 0);
-    return duty > FULL_DUTY ? FULL_DUTY : (uint8_t)duty;
+    int32_t along = clamped(setpoint - GAINS_FEED_FIRST, 0, (FEEDS - 1) * (int32_t)GAINS_FEED_STEP);
+    int32_t i = along / GAINS_FEED_STEP;
+    i = i < FEEDS - 1 ? i : FEEDS - 2;
+    int32_t rise = (int32_t)feeds[i + 1] - feeds[i];
+    return feeds[i] + rise * (along - i * GAINS_FEED_STEP) / GAINS_FEED_STEP;
 }
 
-bool control_tick(struct control *c, int16_t reading, uint8_t duty[CHANNELS])
+/* What one side's share of the output asks of its heater. */
+static int32_t heat(int32_t share, int16_t temperature)
+{
+#if GAINS_CASCADE
+    int32_t above = (int32_t)GAINS_HOLD * (share - GAINS_ROOM);
+    return clamped((above + (int64_t)GAINS_HEAT * (share - temperature)) / 256, 0, FULL_DUTY);
+#else
+    (void)temperature;
+    return share;
+#endif
+}
+
+static int32_t faded(int32_t duty, int16_t temperature)
+{
+    int32_t left = clamped(GAINS_FADE_HIGH - (int32_t)temperature, 0, GAINS_FADE_HIGH - GAINS_FADE_LOW);
+    return duty * left / (GAINS_FADE_HIGH - GAINS_FADE_LOW);
+}
+
+bool control_tick(struct control *c, int16_t reading, const int16_t temperature[CHANNELS],
+                  uint8_t duty[CHANNELS])
 {
     if (!c->active) {
         return false;
@@ -52,17 +81,29 @@ bool control_tick(struct control *c, int16_t reading, uint8_t duty[CHANNELS])
         return false;
     }
     c->wait_ms = GAINS_PERIOD_MS - 1;
-    int32_t error = c->setpoint - reading;
-    int32_t sum = c->sum + error;
-    int32_t before = output(error, c->sum);
-    int32_t u = output(error, sum);
-    /* Anti-windup: at full output the sum may only shrink it. */
-    bool winds = (before == FULL_DUTY && u >= before) || (before == -FULL_DUTY && u <= before);
-    if (!winds && sum <= SUM_LIMIT && sum >= -SUM_LIMIT) {
-        c->sum = sum;
+    if (!c->begun) {
+        c->reference = (int32_t)reading * 65536;
+        c->begun = true;
     }
-    u = output(error, c->sum);
-    duty[0] = biased(u);
-    duty[1] = biased(-u);
+    int64_t gap = (int64_t)c->setpoint * 65536 - c->reference;
+    c->reference += (int32_t)(gap * GAINS_FILTER / 65536);
+    int32_t error = c->reference / 256 - (int32_t)reading * 256;
+    int64_t pi = ((int64_t)GAINS_KP * 256 * error + (int64_t)GAINS_KI * c->sum) / 16777216;
+    int32_t wanted = clamped(pi, -32000, 32000) + feed(c->reference / 65536);
+
+    const int32_t base = GAINS_BIAS + (GAINS_CASCADE ? GAINS_ROOM : 0);
+    const int32_t most = GAINS_CASCADE ? GAINS_HOTTEST : FULL_DUTY;
+    int32_t share[CHANNELS] = {clamped(base + wanted, base, most), clamped(base - wanted, base, most)};
+    bool governed = false;
+    for (uint8_t i = 0; i < CHANNELS; i++) {
+        int32_t full = heat(share[i], temperature[i]);
+        duty[i] = (uint8_t)faded(full, temperature[i]);
+        governed = governed || duty[i] < full;
+    }
+    if (!governed) {
+        int32_t became = share[0] - share[1];
+        int64_t sum = (int64_t)c->sum + error + (int64_t)GAINS_BACK * (became - wanted);
+        c->sum = clamped(sum, -SUM_LIMIT, SUM_LIMIT);
+    }
     return true;
 }

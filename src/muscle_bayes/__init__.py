@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     )
     from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
     from muscle_bayes.physics.solvers.stick_slip import StickSlip
-    from muscle_bayes.report.control_figures import scenario_figure as plot_scenario
+    from muscle_bayes.report.control_figures import responses_figure as plot_responses
     from muscle_bayes.report.discovery_figures import before_after_figure as plot_before_after
     from muscle_bayes.report.discovery_figures import discovery_figure as plot_discovery
     from muscle_bayes.report.discovery_figures import misfit_figure as plot_misfit
@@ -95,8 +95,8 @@ __all__ = [
     "plot_prediction",
     "plot_prior_prediction",
     "plot_probabilities",
+    "plot_responses",
     "plot_run",
-    "plot_scenario",
     "predict",
     "prior_predict",
     "read_runs",
@@ -138,7 +138,7 @@ _HOME = {
     "plot_prior_prediction": "report.predictive_figures:prior_predictive_figure",
     "plot_probabilities": "report.discovery_figures:probability_figure",
     "plot_run": "report.run_figure:run_figure",
-    "plot_scenario": "report.control_figures:scenario_figure",
+    "plot_responses": "report.control_figures:responses_figure",
     "predict": "inference.posteriors.predictive:predict_runs",
     "prior_predict": "inference.posteriors.predictive:predict_from_prior",
     "read_runs": "data.reader:read_runs",

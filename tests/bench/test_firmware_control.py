@@ -2,33 +2,45 @@
 
 import subprocess
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from host_firmware import HostFirmware
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from jax.experimental import io_callback
 
 from muscle_bayes.bench.boards.protocol import Error, Fault, encode
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
-from muscle_bayes.control.laws.feed import NoFeed
-from muscle_bayes.control.laws.law import Measured
-from muscle_bayes.control.laws.pi import PI
-from muscle_bayes.control.laws.split import SplitPI
-from muscle_bayes.control.laws.windup import Conditional
+from muscle_bayes.control.closed_loop import Clock, simulate, start_of
+from muscle_bayes.control.design import Design
+from muscle_bayes.control.draws import JointDraws
+from muscle_bayes.control.gains import FeedForward, Gains, Inner, gains_header, law_of
+from muscle_bayes.control.law import Law, Measured
+from muscle_bayes.control.scenarios import square
+from muscle_bayes.study.published import TABLE_1, TABLE_2
 from muscle_bayes.twin import Element, Rig
 
-PERIOD_MS, KP, KI, BIAS = 20, -5000, -800, 12
+PERIOD_MS = 20
+TABLE = FeedForward(angle=(-0.12, 0.0, 0.1), output=(-70.0, 3.0, 55.0))
+DUTY = Gains(
+    period_ms=PERIOD_MS, proportional=3000.0, integral=400.0, bias=12.0, filter_time=0.8,
+    windup_time=2.0, governor=(90.0, 105.0), feedforward=TABLE,
+)  # fmt: skip
+CASCADE = DUTY.model_copy(
+    update={
+        "law": "cascade",
+        "proportional": 400.0,
+        "integral": 60.0,
+        "inner": Inner(hold=1.3, heat=12.0),
+    }
+)
 
 
-def build(source, folder, *targets, kp=KP, ki=KI, bias=BIAS):
-    """Build the firmware with a header of gains."""
+def build(source, folder, *targets, gains=DUTY, text=""):
+    """Build the firmware with a header of gains; `text` comes last in it."""
     header = folder / "gains.h"
-    header.write_text(
-        f"#define GAINS_PERIOD_MS {PERIOD_MS}\n#define GAINS_KP {kp}L\n"
-        f"#define GAINS_KI {ki}L\n#define GAINS_BIAS {bias}\n"
-    )
+    header.write_text(gains_header(gains, Design()) + text)
     command = ["make", "-s", "-C", source, f"GAINS={header}", f"BUILD={folder / 'build'}", *targets]
     return subprocess.run(list(map(str, command)), capture_output=True, text=True)
 
@@ -45,57 +57,89 @@ def hold(board, setpoint, first=250, second=250):
     return board.ask("HOLD", setpoint, first, second)
 
 
-def pi(readings, setpoint):
-    """The law in exact arithmetic, one reading a period, as gains.h states it."""
-    total, duties = 0, []
-    for reading in readings:
-        error = setpoint - reading
-
-        def output(sum_, error=error):
-            exact = (KP * error * 256 + KI * sum_) / 2**16
-            return max(-255, min(255, int(exact)))  # int() cuts towards zero, as C does
-
-        before, after = output(total), output(total + error)
-        if not ((before == 255 and after >= 255) or (before == -255 and after <= -255)):
-            total += error
-        u = output(total)
-        duties.append((min(255, BIAS + max(u, 0)), min(255, BIAS + max(-u, 0))))
-    return duties
+@pytest.fixture(scope="module")
+def cascaded(firmware, tmp_path_factory):
+    """The same with a cascade."""
+    folder = tmp_path_factory.mktemp("cascaded")
+    assert build(firmware.parent, folder, gains=CASCADE).returncode == 0
+    return folder / "build"
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 1023), st.lists(st.integers(0, 1023), min_size=1, max_size=80))
-def test_the_law_is_the_stated_one(tuned, setpoint, readings):
-    board = HostFirmware(tuned)
-    board.sample(0, readings[0])
-    hold(board, setpoint)
-    duties = []
-    for reading in readings:
-        board.sample(0, reading)
-        board.tick(1)
-        duties.append(board.duties)
-        hold(board, setpoint)
-        board.tick(PERIOD_MS - 1)
-    assert duties == pi(readings, setpoint)
+UPDATE = eqx.filter_jit(Law.update)
 
 
-def test_the_control_study_simulates_this_law_digit_for_digit(tuned):
-    readings = [int(500 + 90 * np.sin(n / 7) + n % 3) for n in range(120)]
-    board = HostFirmware(tuned)
-    board.sample(0, readings[0])
-    hold(board, 520)
+@pytest.mark.parametrize("warmth", [(250, 250), (950, 300), (310, 1010)])
+@pytest.mark.parametrize("gains", [DUTY, CASCADE], ids=["duty", "cascade"])
+def test_the_control_study_simulates_this_law_digit_for_digit(gains, warmth, tuned, cascaded):
+    board = HostFirmware(cascaded if gains.inner else tuned)
     with jax.enable_x64(True):
-        pi_law = PI(jnp.asarray(KP / 2**8), jnp.asarray(KI / 2**16), Conditional())
-        law = SplitPI(pi_law, jnp.asarray(float(BIAS)), NoFeed())
-        state = law.initial()
-        for reading in readings:
+        law = law_of(gains, Design())
+        state = law.initial(jnp.asarray(500.0))
+        for number in range(80):
+            reading = int(500 + 40 * np.sin(number / 9) + number % 2)
+            setpoint = 520 if number < 40 else 470
             board.sample(0, reading)
+            hold(board, setpoint, *warmth)
             board.tick(1)
-            seen = Measured(jnp.asarray(520.0), jnp.asarray(float(reading)), jnp.zeros(2))
-            state, duty = law.update(state, seen)
-            assert tuple(map(int, duty)) == board.duties
-            hold(board, 520)
+            seen = Measured(
+                jnp.asarray(float(setpoint)),
+                jnp.asarray(float(reading)),
+                jnp.asarray(warmth) / 10.0,
+            )
+            state, duty = UPDATE(law, state, seen)
+            assert tuple(map(int, duty)) == board.duties, (number, board.faults)
             board.tick(PERIOD_MS - 1)
+
+
+class BoardLaw(eqx.Module):
+    """The board itself as the law of a simulated loop."""
+
+    board: HostFirmware = eqx.field(static=True)
+
+    def initial(self, reading):
+        return jnp.zeros(())
+
+    def update(self, state, measured):
+        def ask(setpoint, reading, temperature):
+            self.board.sample(0, int(reading))
+            hold(self.board, int(setpoint), *(round(10.0 * float(t)) for t in temperature))
+            self.board.tick(1)
+            duties = np.array(self.board.duties, np.float32)
+            self.board.tick(PERIOD_MS - 1)
+            return duties
+
+        shape = jax.ShapeDtypeStruct((2,), jnp.float32)
+        duties = io_callback(ask, shape, *measured, ordered=True)
+        return state, duties.astype(jnp.float64)
+
+
+def test_three_hundred_seconds_in_the_loop_are_the_simulations(tuned):
+    """Through JAX's plant, sensors and heaters: the board's duties keep the angle to a count."""
+    values = TABLE_1["coulomb"] | {key: np.full(2, value) for key, value in TABLE_2.items()}
+    tube = {"heater.gain": 4.5, "heater.cooling": 1 / 48, "heater.lag": 0.4}
+    values |= {key: np.full(2, value) for key, value in tube.items()} | {
+        "room": 25.0,
+        "meter_lag": 1.0,
+    }
+    draws = JointDraws(Design(), "coulomb", (), {k: np.asarray(v)[None] for k, v in values.items()})
+    with jax.enable_x64(True):
+        joint, course, clock = draws.one(), square(DUTY.period), Clock(DUTY.period)
+        start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
+
+        def angles(law):
+            run = jax.jit(
+                lambda: simulate(joint, law, course, start, jax.random.key(0), clock).angle
+            )
+            return np.asarray(run())
+
+        simulated = angles(law_of(DUTY, Design()))
+        board = HostFirmware(tuned)
+        for channel in (0, 1):
+            board.calibrate(channel, 450, 480)
+        on_board = angles(BoardLaw(board))
+    assert board.faults == 0
+    assert np.ptp(simulated) > 0.1
+    assert np.abs(on_board - simulated).max() < 0.0058
 
 
 def test_without_gains_nothing_is_held(firmware):
@@ -120,7 +164,7 @@ def holding(tuned):
     board.sample(0, 500)
     hold(board, 400)
     board.tick()
-    assert board.duties[0] > BIAS
+    assert board.duties[0] > DUTY.bias
     return board
 
 
@@ -151,7 +195,7 @@ def test_it_does_not_go_on_by_itself_after_a_fault_is_cleared(holding):
     assert holding.duties == (0, 0)
     hold(holding, 400)
     holding.tick()
-    assert holding.duties[0] > BIAS
+    assert holding.duties[0] > DUTY.bias
 
 
 @pytest.mark.parametrize(
@@ -176,9 +220,10 @@ def test_limits_hold_for_it(holding):
         assert max(holding.duties) <= 60
 
 
-@pytest.mark.parametrize("gains", [{"kp": 40_000}, {"ki": -40_000}, {"bias": 256}, {"bias": -1}])
-def test_gains_that_are_out_of_range_are_not_compiled(firmware, tmp_path, gains):
-    made = build(firmware.parent, tmp_path, "host", **gains)
+@pytest.mark.parametrize("number", ["KP 40000L", "KI -40000L", "BIAS 256", "BIAS -1", "FILTER 0L"])
+def test_gains_that_are_out_of_range_are_not_compiled(firmware, tmp_path, number):
+    text = f"#undef GAINS_{number.split()[0]}\n#define GAINS_{number}\n"
+    made = build(firmware.parent, tmp_path, "host", text=text)
     assert made.returncode != 0
     assert "is out of range" in made.stderr
 
@@ -202,5 +247,5 @@ def test_the_compiled_controller_holds_an_antagonistic_joint(tuned, monkeypatch)
             bench.heater_board.write(encode(n, "HOLD", setpoint, first, second))
             bench.clock.sleep(0.05)
             readings.append(bench.plant.counts())
-        assert sum(readings) / len(readings) == pytest.approx(setpoint, abs=1.5)
+        assert sum(readings) / len(readings) == pytest.approx(setpoint, abs=3.0)  # friction's band
         assert max(bench.plant.temperatures()) < 110.0

@@ -7,9 +7,10 @@ import jax
 import numpy as np
 import pytest
 import xarray as xr
-from published import COIL_CONTACT, TABLE_1_LINEAR, TABLE_2
+from published import COIL_CONTACT, TABLE_1_COULOMB, TABLE_2
 
 from muscle_bayes.control.draws import joint_draws
+from muscle_bayes.inference.population import Population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
@@ -24,34 +25,43 @@ def double_precision() -> Iterator[None]:
         yield
 
 
-def posterior_about(centre, *, friction="linear", effects=(), spread=0.03, size=40):
-    """Draws that scatter about published values."""
-    generator = np.random.default_rng(0)
-    draws = {
+def _scattered(centre, spread, size, seed):
+    generator = np.random.default_rng(seed)
+    return {
         name: (("chain", "draw"), value * (1 + spread * generator.standard_normal((2, size // 2))))
         for name, value in centre.items()
     }
-    tree = xr.DataTree.from_dict({"posterior": xr.Dataset(draws)})
+
+
+def posterior_about(centre, *, friction="coulomb", effects=(), spread=0.01, size=40):
+    """Draws that scatter about published values, and a prior that is wider."""
+    groups = {
+        "posterior": xr.Dataset(_scattered(centre, spread, size, 0)),
+        "prior": xr.Dataset(_scattered(TABLE_2, 0.2, 400, 1)),
+    }
+    tree = xr.DataTree.from_dict(groups)
     tree.attrs = {
         "friction": friction,
         "effects": json.dumps(list(effects)),
         "parameters": json.dumps(list(centre)),
         "converged": 1,
         "complaints": "[]",
+        "base_length": 0.1,
+        "tension": 5.0,
     }
     return Posterior(tree)
 
 
 @pytest.fixture(scope="session")
 def posterior():
-    return posterior_about(TABLE_1_LINEAR | TABLE_2)
+    return posterior_about(TABLE_1_COULOMB | TABLE_2)
 
 
 @pytest.fixture(scope="session")
 def touching():
     """A posterior with coils that touch as soon as the joint moves."""
     contact = COIL_CONTACT | {"coil-contact.onset": 0.145}
-    return posterior_about(TABLE_1_LINEAR | TABLE_2 | contact, effects=("coil-contact",))
+    return posterior_about(TABLE_1_COULOMB | TABLE_2 | contact, effects=("coil-contact",))
 
 
 @pytest.fixture(scope="session")
@@ -63,4 +73,5 @@ def heater():
 
 @pytest.fixture(scope="session")
 def joints(posterior, heater):
-    return joint_draws(posterior, heater, 4)
+    with jax.enable_x64(True):
+        return joint_draws(Population.of_specimen(posterior), heater, 4)

@@ -2,20 +2,26 @@
 
 import numpy as np
 import pytest
-from loops import PERIOD, IntegerPI, joint_of, loop
+from loops import PERIOD, IntegerLaw, joint_of, loop
 from published import COIL_CONTACT, HEATER, TABLE_1_COULOMB, TABLE_1_LINEAR, TABLE_2
 from scipy.integrate import solve_ivp
 
 from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import Gains
-from muscle_bayes.control.header import bench_gains, on_the_bench
-from muscle_bayes.control.scenarios import course_of
+from muscle_bayes.control.gains import Gains, board_numbers
+from muscle_bayes.control.scenario import course_of
 from muscle_bayes.twin import make_effect
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.parameters import Truth
 from muscle_bayes.twin.rig import Element, Rig
 
-GAINS = on_the_bench(Gains(proportional=4000.0, integral=300.0, bias=10.0), Design())
+GAINS = Gains(
+    proportional=4000.0,
+    integral=300.0,
+    bias=10.0,
+    filter_time=0.5,
+    windup_time=2.0,
+    governor=(60.0, 75.0),
+)
 COUNT = 600
 
 
@@ -86,14 +92,15 @@ def test_loop_agrees_with_an_adaptive_integrator(effect):
     joint, imposed = joint_of(values, effects=(effect,) if effect else ()), course()
     trace = loop(joint, GAINS, imposed)
 
-    found = bench_gains(GAINS, Design())
-    law = IntegerPI(found.kp, found.ki, found.bias)
+    law = IntegerLaw(board_numbers(GAINS, Design()))
     state = settled(np.r_[trace.angle[0], 0.0, trace.hyst[0], np.zeros(4)], effect)
     seen = counts(state[0])
     states = []
-    for setpoint, mass in zip(imposed.setpoint, imposed.load, strict=True):
+    for number, (setpoint, mass) in enumerate(zip(imposed.setpoint, imposed.load, strict=True)):
         states.append(state)
-        duty = law(counts(setpoint), seen)
+        if number % 13 == 0:
+            warmth = tuple(np.rint(10.0 * (25.0 + state[4:6])).astype(int).tolist())
+        duty = law(counts(setpoint), seen, warmth)
         seen = counts(state[0])
         solved = solve_ivp(
             lambda t, x, duty=duty, mass=mass: rates(x, duty, mass, effect),
@@ -133,15 +140,16 @@ def test_loop_agrees_with_the_twin_where_dry_friction_sticks(stribeck):
     rig = Rig(element_b=Element(kind="muscle"), truth=Truth(effects=hidden))
     bench = Bench(rig, load=0.0, hyst=float(trace.hyst[0, 0]))
     bench.place(float(trace.angle[0]))
-    found = bench_gains(GAINS, Design())
-    law = IntegerPI(found.kp, found.ki, found.bias)
+    law = IntegerLaw(board_numbers(GAINS, Design()))
     seen, angles, mass = counts(bench.rotor.angle), [], 0.0
-    for setpoint, load in zip(imposed.setpoint, imposed.load, strict=True):
+    for number, (setpoint, load) in enumerate(zip(imposed.setpoint, imposed.load, strict=True)):
         angles.append(bench.rotor.angle)
         if load != mass:
             bench.rotor.hang(load)
             mass = load
-        duties = law(counts(setpoint), seen)
+        if number % 13 == 0:
+            warmth = tuple(round(10.0 * one.tube.temperature) for one in bench.channels)
+        duties = law(counts(setpoint), seen, warmth)
         seen = counts(bench.rotor.angle)
         for channel, duty in zip(bench.channels, duties, strict=True):
             channel.pwm = duty

@@ -57,18 +57,25 @@ def _discovered(steps: int):
 
 def _responses():
     """Loops in three scenarios, as far as the figure looks at them."""
+    flat = np.ones(100 * SHOWN_EVERY)
+    course = SimpleNamespace(setpoint=flat, load=flat)
     courses = [
-        SimpleNamespace(name=name, course=SimpleNamespace(setpoint=np.ones(100 * SHOWN_EVERY)))
-        for name in ("step", "square", "load-sine-0.1592")
+        SimpleNamespace(name=name, course=course) for name in ("step", "square", "load-sine-0.1592")
     ]
     outcomes = {one.name: SimpleNamespace(angle=np.ones((9, 100))) for one in courses}
-    return SimpleNamespace(scenarios=courses, outcomes=outcomes, time=lambda name: np.arange(100.0))
+    return SimpleNamespace(
+        scenarios=courses,
+        outcomes={"pi": outcomes, "thesis": outcomes},
+        gains={"pi": SimpleNamespace(period=0.03)},
+        specs={one.name: SimpleNamespace(infeasible="") for one in courses},
+        probability=lambda law, name: (0.5, 0.1),
+    )
 
 
 FIGURES = {
     "discovery": lambda: discovery_figure(_discovered(1), "a", "synthetic"),
     "nothing discovered": lambda: discovery_figure(_discovered(0), "a", "measured"),
-    "responses": lambda: responses_figure(_responses()),
+    "responses": lambda: responses_figure(_responses(), ["pi", "thesis"]),
     "prediction": lambda: predictive_figure(sawtooth(), check_run(sawtooth()), "synthetic"),
     "prior": lambda: prior_predictive_figure([gaussian(readings=100, draws=50)] * 2),
     "drift": lambda: drift_figure(sawtooth(), drift(sawtooth()), "synthetic"),

@@ -80,15 +80,6 @@ def test_what_stays_open_leaves_out_what_other_runs_gave():
     assert "H with T_hyst_offset" in told
 
 
-def test_gains_say_where_they_fail_and_a_stage_may_answer_itself():
-    row = {
-        "about": "fast sine",
-        "robust": {"runaway": 0.25, "cvar95": 1.0},
-        "point": {"cvar95": 2.0},
-    }
-    gains = {"robust": {"law": "pi", "proportional": 100.0, "integral": 5.0}}
-    told = " ".join(answers(results(VALUES, control={"rows": [row], "gains": gains}))["control"])
-    assert "fast sine" in told
-    assert "25 %" in told
+def test_the_control_stage_answers_itself():
     own = answers(results(VALUES, control={"answers": ["Use cascade."]}))["control"]
     assert own == ["Use cascade."]

@@ -1,80 +1,86 @@
-"""Tuning a joint's gains from a posterior, with progress."""
+"""Tuning a joint's gains over new muscles, with progress."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 
-from muscle_bayes.control.batch import Bank
-from muscle_bayes.control.closed_loop import Clock
-from muscle_bayes.control.criteria import Criterion, CVaR
 from muscle_bayes.control.design import Design
 from muscle_bayes.control.draws import joint_draws
-from muscle_bayes.control.gains import Gains
+from muscle_bayes.control.gains import LawName
 from muscle_bayes.control.heater_fit import assumed_heater
+from muscle_bayes.control.laws import TUNED
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.scenarios import thesis_scenarios
+from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort as TuningEffort
-from muscle_bayes.control.tune import Tuning
-from muscle_bayes.control.tune import tune as tune_bank
+from muscle_bayes.inference.population import Population, fit_population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.progress import shown_progress
 
 
 def tune(
-    posterior: Posterior,
+    muscle: Posterior | Population,
     *,
     fixture: Posterior | None = None,
     heater: Mapping[str, np.ndarray] | None = None,
     design: Design | None = None,
     scenarios: Sequence[Scenario] | None = None,
-    criterion: Criterion | None = None,
-    law: Literal["pi", "pi-antiwindup", "cascade"] = "pi-antiwindup",
-    draws: int = 64,
+    limits: Mapping[str, float] | None = None,
+    laws: Sequence[LawName] = TUNED,
+    draws: int = 96,
+    judged: int = 400,
     effort: TuningEffort | None = None,
     seed: int = 0,
     progress: bool = True,
-) -> Tuning:
-    """Gains of an antagonistic joint that serve all the muscles that a posterior allows.
+) -> TunedLaws:
+    """Gains of an antagonistic joint for muscles that have not been built yet.
 
     Args:
-        posterior: of runs with a muscle.
-        fixture: posterior whose J, D and friction the joint has; default: those of `posterior`.
+        muscle: a population, or the posterior of one muscle: then the spread is assumed.
+        fixture: posterior whose J, D and friction the joint has; default: those of `muscle`.
         heater: draws of the heater's gain [K/s at full duty], cooling [1/s] and lag [s], as
             `muscle_bayes.control.heater_fit.fit_heater` gives them; default: assumed ones.
         design: the joint's geometry and sensors; default: the bench's.
         scenarios: what the joint has to do; default: the nine of the thesis.
-        criterion: what is made small; default: `CVaR()`, the mean of the worst 5 % of costs.
-        law: the control law.
+        limits: largest values of metrics (SI) that replace the default specifications.
+        laws: the control laws; the thesis' is judged beside them.
         draws: joints to tune on.
+        judged: other joints, to judge on.
         effort: how hard to look.
         seed: of the random numbers.
         progress: whether to show stages and the time to go.
 
     Returns:
-        The gains [duty/rad, duty/(rad s), duty], the criterion's value and how they came about.
+        The laws judged on new joints, with a recommendation.
 
     Raises:
         MuscleBayesError: where the posterior has no muscle.
 
     Example:
         >>> import muscle_bayes as mb
+        >>> from muscle_bayes.control.scenarios import thesis_scenarios
         >>> from muscle_bayes.control.tune import Effort
         >>> muscle = mb.load("muscle.nc")  # of the staircases, by `fit`
-        >>> few = Effort(starts=2, scout_draws=2, refined=1, steps=1)
-        >>> tuning = mb.tune(muscle, draws=4, effort=few, progress=False)
-        >>> tuning.gains.law
-        'pi-antiwindup'
+        >>> few = Effort(starts=2, scouts=2, kept=1, rounds=0)
+        >>> step = thesis_scenarios()[:1]
+        >>> tuned = mb.tune(
+        ...     muscle, laws=["pi"], scenarios=step, draws=4, judged=4, effort=few, progress=False
+        ... )
+        >>> sorted(tuned.judgement.gains)
+        ['pi', 'thesis']
     """
+    population = muscle if isinstance(muscle, Population) else fit_population({"m1": muscle})
     tubes = assumed_heater(seed).draws if heater is None else heater
-    joints = joint_draws(posterior, tubes, draws, design=design, fixture=fixture, seed=seed)
-    start = Gains(law=law, proportional=1.0, integral=1.0)
+    joints = joint_draws(
+        population, tubes, draws + judged, design=design, fixture=fixture, seed=seed
+    )
     with shown_progress(progress) as report:
-        return tune_bank(
-            Bank(joints, Clock(start.period), seed),
-            thesis_scenarios(start.period) if scenarios is None else scenarios,
-            CVaR() if criterion is None else criterion,
-            start,
+        return tuned_laws(
+            joints,
+            draws,
+            thesis_scenarios() if scenarios is None else scenarios,
+            laws=laws,
+            limits=limits,
             effort=effort,
             seed=seed,
             report=report,

@@ -1,15 +1,22 @@
-"""What `robustness` and `tune` share: posterior, joint, heater, draws."""
+"""What `robustness` and `tune` share: population, joint, heater, draws, scenarios, specifications."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.errors import MuscleBayesError, did_you_mean
+
 if TYPE_CHECKING:
     from muscle_bayes.control.draws import JointDraws
+    from muscle_bayes.control.scenario import Scenario
 
 PosteriorArgument = Annotated[
-    Path, typer.Argument(metavar="POSTERIOR.nc", help="Of a muscle, by `muscle-bayes fit`.")
+    Path,
+    typer.Argument(
+        metavar="MUSCLE.nc",
+        help="Population, by `muscle-bayes population`, or posterior of one muscle, by `muscle-bayes fit`.",
+    ),
 ]
 HeaterOption = Annotated[
     list[Path] | None,
@@ -24,17 +31,28 @@ FixtureOption = Annotated[
     typer.Option(
         "--fixture",
         metavar="FIXTURE.nc",
-        help="J and D from this posterior, with its friction; the thesis' study had linear.",
+        help="J, D and friction from this posterior; default: as the muscle was fitted.",
     ),
 ]
 JointOption = Annotated[
     Path | None,
     typer.Option("--joint", metavar="JOINT.toml", help="Geometry and sensors; default: the bench."),
 ]
+ScenarioOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME", help="Only these scenarios, a file's or by name; repeatable."),
+]
+SpecOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="METRIC=LIMIT",
+        help="At most this where a scenario has it, in SI units; repeatable.",
+    ),
+]
 
 
 def load_joints(
-    posterior: Path,
+    muscle: Path,
     heater: list[Path] | None,
     fixture: Path | None,
     joint: Path | None,
@@ -46,19 +64,56 @@ def load_joints(
     from muscle_bayes.control.draws import joint_draws
     from muscle_bayes.control.heater_fit import assumed_heater, fit_heater
     from muscle_bayes.data import read_runs
+    from muscle_bayes.inference.population import load_population
     from muscle_bayes.inference.posteriors.posterior import Posterior
 
-    fitted = Posterior.load(posterior)
+    population, notes = load_population(muscle)
     bearing = None if fixture is None else Posterior.load(fixture)
     tubes = fit_heater(read_runs(heater), seed=seed) if heater else assumed_heater(seed)
-    untold = [name for name, told in tubes.told.items() if not told]
-    notes = [
-        f"heater {tubes.source}" + (f"; not identified: {', '.join(untold)}" if untold else "")
-    ]
+    notes.append(tubes.note())
     notes.append("loops are simulated; no joint was measured")
-    for one, path in ((fitted, posterior), (bearing, fixture)):
-        if one is not None and not one.converged:
-            notes.append(f"{path} HAS NOT CONVERGED: {'; '.join(one.complaints)}")
+    if bearing is not None and not bearing.converged:
+        notes.append(f"{fixture} HAS NOT CONVERGED: {'; '.join(bearing.complaints)}")
     design = Design() if joint is None else read_design(joint)
-    draws = joint_draws(fitted, tubes.draws, count, design=design, fixture=bearing, seed=seed)
+    draws = joint_draws(population, tubes.draws, count, design=design, fixture=bearing, seed=seed)
     return draws, notes
+
+
+def chosen_scenarios(names: list[str] | None, period: float) -> "list[Scenario]":
+    """Scenarios by name or from files; the thesis' nine where none is named."""
+    from muscle_bayes.control.scenario_file import read_scenario
+    from muscle_bayes.control.scenarios import harder_scenarios, thesis_scenarios
+
+    standard = list(thesis_scenarios(period))
+    known = {one.name: one for one in (*standard, *harder_scenarios(period))}
+    chosen = []
+    for name in names or []:
+        if name in known:
+            chosen.append(known[name])
+        elif name.endswith(".toml"):
+            chosen.append(read_scenario(Path(name), period))
+        else:
+            meant = did_you_mean(name, known) or f"use a file, or one of {', '.join(known)}"
+            raise MuscleBayesError(f"--scenario {name}: is not known. Fix: {meant}")
+    return chosen or standard
+
+
+def chosen_limits(texts: list[str] | None) -> dict[str, float]:
+    """Limits from METRIC=LIMIT. Raises MuscleBayesError where one is none."""
+    from muscle_bayes.control.specification import HOTTEST, STEP_WANTED, TRACKING_WANTED
+
+    known = {*STEP_WANTED, *TRACKING_WANTED, "peak_temperature"}
+    limits = {}
+    for text in texts or []:
+        name, _, number = text.partition("=")
+        try:
+            limit = float(number)
+        except ValueError:
+            limit = -1.0
+        if name not in known or not 0.0 < limit < float("inf"):
+            raise MuscleBayesError(
+                f"--spec {text}: is no METRIC=LIMIT. Fix: use one of {', '.join(sorted(known))} and a "
+                f"positive number, in s, rad, 1 or C, such as peak_temperature={HOTTEST:g}"
+            )
+        limits[name] = limit
+    return limits

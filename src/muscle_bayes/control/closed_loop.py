@@ -10,10 +10,9 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.control.heater import HeaterState
 from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.laws.law import Law, Measured
+from muscle_bayes.control.law import Law, Measured
 from muscle_bayes.control.rest import at_rest, balanced, remembering_rest
 from muscle_bayes.control.rotor import Motion, advance
-from muscle_bayes.control.rounding import rounded
 from muscle_bayes.control.scenario import Course
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Scalar
@@ -62,8 +61,10 @@ class _Loop(NamedTuple):
     """What effects with memory remember of both muscles."""
     late: Float[Array, " delay"]
     """Readings that the controller has not seen yet, oldest first."""
+    probe: Float[Array, "2"]
+    """Temperatures of the thermocouples [C]."""
     held: Float[Array, "2"]
-    """Thermocouples' readings [C]."""
+    """Their readings [C]."""
     law: Any
 
 
@@ -101,12 +102,18 @@ def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
     cold = Drive(jnp.full(2, joint.heater.room), load, jnp.zeros(()))
     plant = remembering_rest(joint.plant, cold)
     rest = at_rest(plant, cold)
-    side = plant.side_a
-    assert isinstance(side, Muscle)
-    muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
-    short = tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
-    hyst = jnp.where(trained > 0.0, short, rest.hyst)
+    hyst = jnp.where(trained > 0.0, _trained_hyst(plant), rest.hyst)
     return Motion(balanced(plant, hyst, cold), rest.speed, hyst)
+
+
+def _trained_hyst(plant: Plant) -> Float[Array, "2"]:
+    """sigma_hyst of both muscles as their training leaves it."""
+
+    def short(side: Muscle) -> Scalar:
+        muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
+        return tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
+
+    return jnp.stack([short(side) for side in plant.muscles.values()])
 
 
 def simulate(
@@ -115,16 +122,14 @@ def simulate(
     """The closed loop over a course, from rest at `start` with cold heaters.
 
     Each period: the potentiometer is read, the law sees its reading of `delay` periods ago and the
-    thermocouples' last, duties are set, and heaters, rotor and HYST go on for one period. Everything
-    is differentiable in the law's and the joint's numbers; rounding has the derivative of the
-    identity (`rounding`), sticking that of the branch taken.
+    thermocouples' last, duties are set, and heaters, rotor and HYST go on for one period.
     """
     plant, room, step = joint.plant, joint.heater.room, clock.step
     heat_step = joint.heater.step(step)
     sensor, meter = joint.potentiometer, joint.thermocouples
     count = course.setpoint.shape[0]
     noise = course.disturbed * jax.random.normal(key, (count, 2))
-    setpoint = rounded(sensor.counts(course.setpoint))
+    setpoint = jnp.round(sensor.counts(course.setpoint))
     filters = plant.temperature_filters
     renewed = jnp.arange(count) % meter.every == 0
 
@@ -147,10 +152,11 @@ def simulate(
         temperature = room + loop.heat.excess
         reading = sensor.read(loop.motion.q, disturbance[0])
         late = jnp.concatenate([loop.late, reading[None]])
-        held = jnp.where(renew, meter.read(temperature, disturbance[1]), loop.held)
+        probe = meter.follow(loop.probe, temperature, clock.period)
+        held = jnp.where(renew, meter.read(probe, disturbance[1]), loop.held)
         state, duty = law.update(loop.law, Measured(aim, late[0], held))
         seen = Trace(loop.motion.q, temperature, duty, loop.motion.hyst)
-        loop = loop._replace(late=late[1:], held=held, law=state)
+        loop = loop._replace(late=late[1:], probe=probe, held=held, law=state)
         return cross(loop, load, duty), seen
 
     cold = jnp.full(2, room)
@@ -162,7 +168,8 @@ def simulate(
         remembering_rest(plant, Drive(cold, course.load[0], jnp.zeros(()))).memory,
         jnp.repeat(first, sensor.delay),
         cold,
-        law.initial(),
+        cold,
+        law.initial(first),
     )
     _, trace = jax.lax.scan(period, loop, (setpoint, course.load, noise, renewed))
     return trace

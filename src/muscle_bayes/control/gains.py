@@ -1,29 +1,38 @@
-"""Gains as a TOML file: read with clear errors, written, and rounded to the bench's integers."""
+"""Gains as a TOML file, as the board's integers, and as the header that `make firmware` compiles in."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
+import jax.numpy as jnp
+import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
+from muscle_bayes.control.design import Design
+from muscle_bayes.control.law import ENTRIES, Law, Numbers
 from muscle_bayes.data.elements import Finite, NonNegative, Table
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.data.tables import _as_tuple
 from muscle_bayes.data.validation import explain
 from muscle_bayes.data.writer import toml_keys
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.markup import html_table
 
-LawName = Literal["pi", "pi-antiwindup", "pi-feedforward", "cascade"]
-Numbers = Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
+LawName = Literal["thesis", "pi", "two-degrees", "feedforward", "cascade"]
+Values = Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
+LARGEST: Final = 32767
+TENTHS: Final = 10.0
+"""The board's temperatures are in 0.1 C."""
 
 
 class FeedForward(Table):
     """What is added to the PI's output for a setpoint, straight between entries."""
 
-    angle: Numbers
+    angle: Values
     """rad, rising"""
-    output: Numbers
-    """duty, positive where it raises the angle"""
+    output: Values
+    """duty, or K for `cascade`; positive where it raises the angle"""
 
     @model_validator(mode="after")
     def _is_a_table(self) -> "FeedForward":
@@ -37,30 +46,52 @@ class FeedForward(Table):
         return self
 
 
+class Inner(Table):
+    """Temperature loop of a cascade: duty = hold (T* - room) + heat (T* - T), T* at most `hottest`."""
+
+    hold: NonNegative
+    """duty / K"""
+    heat: NonNegative
+    """duty / K"""
+    room: Finite = 25.0
+    """C; T* of a side that is not asked for anything"""
+    hottest: Finite = 90.0
+    """C"""
+
+
 class Gains(Table):
     """Gains of a joint's controller.
 
     proportional [duty / rad], integral [duty / (rad s)], positive where they hold the setpoint;
-    bias [duty] of both heaters. For the law `cascade` the output is a temperature: K / rad,
+    bias [duty] of both heaters. With `inner` (law `cascade`) the output is a temperature: K / rad,
     K / (rad s), and bias [K above the room].
     """
 
-    format: Literal[1] = 1
-    law: LawName = "pi-antiwindup"
+    format: Literal[2] = 2
+    law: LawName = "pi"
     period_ms: Annotated[int, Field(ge=1, le=1000)] = 30
     proportional: NonNegative
     integral: NonNegative
     bias: Annotated[float, Field(ge=0, le=255, allow_inf_nan=False)] = 0.0
+    filter_time: NonNegative = 0.0
+    """time constant of the setpoint filter [s]; 0: none"""
+    windup_time: NonNegative = 0.0
+    """tracking time of back-calculation [s]; 0: no anti-windup"""
+    governor: Annotated[tuple[Finite, Finite] | None, BeforeValidator(_as_tuple)] = None
+    """temperatures between which duties fade to nothing [C]"""
     feedforward: FeedForward | None = None
+    inner: Inner | None = None
 
     @model_validator(mode="after")
-    def _law_has_what_it_needs(self) -> "Gains":
+    def _is_a_law(self) -> "Gains":
         if self.proportional == 0 and self.integral == 0:
             raise ValueError("proportional: is zero, as is integral; give at least one of them")
-        if (self.feedforward is not None) != (self.law == "pi-feedforward"):
+        if self.governor is not None and not self.governor[0] < self.governor[1]:
+            raise ValueError("governor: does not rise; give the lower temperature first")
+        if (self.inner is not None) != (self.law == "cascade"):
             raise ValueError(
-                f"feedforward: does not fit law {self.law!r}; the law 'pi-feedforward', and it "
-                "alone, takes a table [feedforward]"
+                f"inner: does not fit law {self.law!r}; the law 'cascade', and it alone, takes a "
+                "table [inner]"
             )
         return self
 
@@ -69,17 +100,17 @@ class Gains(Table):
         """Control period [s]."""
         return self.period_ms / 1000.0
 
+    def sentence(self) -> str:
+        """The gains in words."""
+        unit = "K" if self.inner is not None else "duty"
+        told = f"{self.proportional:.4g} {unit}/rad, {self.integral:.4g} {unit}/(rad s)"
+        more = [(self.bias, f"bias {self.bias:.3g} {unit}")]
+        more.append((self.filter_time, f"setpoint filter {self.filter_time:.3g} s"))
+        return ", ".join([told, *(text for value, text in more if value)])
+
     def _repr_html_(self) -> str:
-        output = "K" if self.law == "cascade" else "duty"
-        rows = [
-            ("proportional", f"{self.proportional:.5g}", f"{output} / rad"),
-            ("integral", f"{self.integral:.5g}", f"{output} / (rad s)"),
-            ("bias", f"{self.bias:.3g}", output),
-            ("period", f"{self.period_ms}", "ms"),
-        ]
-        if self.feedforward is not None:
-            rows.append(("feedforward", f"{len(self.feedforward.angle)} entries", output))
-        return f"<p><b>Gains</b> of {self.law}</p>{html_table(('gain', 'value', 'unit'), rows)}"
+        rows = [(key, f"{value}") for key, value in self.model_dump(exclude_none=True).items()]
+        return f"<p><b>Gains</b>: {self.sentence()}</p>{html_table(('gain', 'value'), rows)}"
 
 
 def read_gains(path: Path) -> Gains:
@@ -94,7 +125,107 @@ def read_gains(path: Path) -> Gains:
 def gains_toml(gains: Gains, head: str = "") -> str:
     """The gains as TOML, `head` as comment on top."""
     content = gains.model_dump(exclude_none=True)
-    table = content.pop("feedforward", None)
+    tables = {key: content.pop(key) for key in ("feedforward", "inner") if key in content}
     comment = "".join(f"# {line}".rstrip() + "\n" for line in head.splitlines())
     written = comment + toml_keys(content)
-    return written if table is None else f"{written}\n[feedforward]\n{toml_keys(table)}"
+    return written + "".join(f"\n[{key}]\n{toml_keys(one)}" for key, one in tables.items())
+
+
+def board_numbers(gains: Gains, design: Design) -> Numbers:
+    """The nearest integers. Raises MuscleBayesError where the firmware cannot hold such gains."""
+    count = design.potentiometer.radians_per_count
+    unit = 1.0 if gains.inner is None else TENTHS
+    # Muscle A lowers the angle: where the reading rises with the angle gains are negative.
+    kp = _integer("proportional", -gains.proportional * count * unit * 2**8)
+    ki = _integer("integral", -gains.integral * count * unit * gains.period * 2**16)
+    tracks = gains.windup_time > 0.0 and ki != 0
+    back = round(2**24 * gains.period / gains.windup_time / ki) if tracks else 0
+    low, high = gains.governor or (2000.0, 2000.1)
+    first, step, feed = _feed(gains, design, unit)
+    inner = gains.inner or Inner(hold=0.0, heat=0.0)
+    return Numbers(
+        kp=kp,
+        ki=ki,
+        back=back,
+        filter=max(round(2**16 * -np.expm1(-gains.period / max(gains.filter_time, 1e-9))), 1),
+        bias=round(gains.bias * unit),
+        fade_low=round(TENTHS * low),
+        fade_high=round(TENTHS * high),
+        feed_first=first,
+        feed_step=step,
+        feed=feed,
+        hold=_integer("inner.hold", inner.hold / TENTHS * 2**8),
+        heat=_integer("inner.heat", inner.heat / TENTHS * 2**8),
+        room=round(TENTHS * inner.room),
+        hottest=round(TENTHS * inner.hottest),
+    )
+
+
+def _integer(name: str, exact: float) -> int:
+    if abs(exact) > LARGEST:
+        raise MuscleBayesError(
+            f"{name}: is {abs(exact) / LARGEST:.1f} times what the firmware's integers hold. "
+            "Fix: use smaller gains, or a longer period for a larger integral"
+        )
+    if round(exact) == 0 and exact != 0.0:
+        raise MuscleBayesError(
+            f"{name}: is too small for the firmware's integers and would be zero. Fix: "
+            "use a larger gain, or a longer period"
+        )
+    return round(exact)
+
+
+def _feed(gains: Gains, design: Design, unit: float) -> tuple[int, int, tuple[int, ...]]:
+    """First setpoint, spacing and outputs of the board's table, evenly spaced in counts."""
+    table = gains.feedforward
+    if table is None:
+        return 0, 1, (0,) * ENTRIES
+    sensor, _ = design.sensors()
+    counts = np.asarray(sensor.counts(np.asarray(table.angle)))
+    order = np.argsort(counts)
+    first = int(np.ceil(counts.min()))
+    step = max(int((counts.max() - first) // (ENTRIES - 1)), 1)
+    at = first + step * np.arange(ENTRIES)
+    output = -unit * np.interp(at, counts[order], np.asarray(table.output)[order])
+    return first, step, tuple(round(float(x)) for x in output)
+
+
+def fits_the_board(gains: Gains, design: Design) -> bool:
+    """Whether the firmware's integers hold these gains."""
+    try:
+        board_numbers(gains, design)
+    except MuscleBayesError:
+        return False
+    return True
+
+
+def law_of(gains: Gains | Sequence[Gains], design: Design) -> Law:
+    """The law of gains; of several, all of one structure, with a leading axis over them."""
+    several = [gains] if isinstance(gains, Gains) else list(gains)
+    rows = [board_numbers(one, design) for one in several]
+    stacked = Numbers(*(np.asarray(column, float) for column in zip(*rows, strict=True)))
+    if isinstance(gains, Gains):
+        stacked = Numbers(*(column[0] for column in stacked))
+    return Law(Numbers(*map(jnp.asarray, stacked)), several[0].inner is not None)
+
+
+def gains_header(gains: Gains, design: Design, head: str = "") -> str:
+    """`gains.h`. Raises MuscleBayesError as `board_numbers`."""
+    found = board_numbers(gains, design)
+    count = design.potentiometer.radians_per_count
+    lines = [line for line in head.splitlines() if line]
+    lines.append(f"law {gains.law}: {gains.sentence()}; {count:g} rad/count")
+    comment = "\n".join(f" * {line}" for line in lines)
+    defined: dict[str, int | str] = {
+        "PERIOD_MS": gains.period_ms,
+        "CASCADE": int(gains.inner is not None),
+    }
+    for name, value in found._asdict().items():
+        wide = name in ("kp", "ki", "back", "filter", "hold", "heat")
+        written = "{" + ", ".join(map(str, value)) + "}" if name == "feed" else f"{value}"
+        defined[name.upper()] = f"{written}L" if wide else written
+    numbers = "\n".join(f"#define GAINS_{name} {value}" for name, value in defined.items())
+    return (
+        f"/* Gains of the angle controller (HOLD), written by `muscle-bayes tune`.\n{comment} */\n"
+        f"#ifndef GAINS_H\n#define GAINS_H\n\n{numbers}\n\n#endif\n"
+    )

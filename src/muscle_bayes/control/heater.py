@@ -1,4 +1,4 @@
-"""Heater tube: power that follows the duty late, Newton cooling."""
+"""Heater tubes: power that follows the duty late, Newton cooling."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from muscle_bayes.control.law import FULL_DUTY
 from muscle_bayes.physics.linkage import Scalar
-
-FULL_DUTY = 255.0
-"""PWM's full scale."""
 
 Both = Float[Array, "2"]
 """One value for side A, one for side B."""
@@ -27,16 +25,16 @@ class HeaterState(NamedTuple):
 class Heater(eqx.Module):
     """lag p' = duty / 255 - p,   T' = gain p - cooling (T - T_room)
 
-    gain [K/s at full duty], cooling [1/s], lag [s], room [C]. Both tubes are alike. The thesis has the
-    same law without the lag.
+    gain [K/s at full duty], cooling [1/s], lag [s] of both tubes, room [C]. The thesis has the same
+    law without the lag.
     """
 
-    gain: Scalar
-    cooling: Scalar
-    lag: Scalar
+    gain: Both
+    cooling: Both
+    lag: Both
     room: Scalar
 
-    def step(self, duration: float) -> "HeaterStep":
+    def step(self, duration: Scalar | float) -> "HeaterStep":
         """The exact solution over `duration` [s] of constant duty; the lag must not be 1 / cooling."""
         cools = jnp.exp(-self.cooling * duration)
         positive = self.lag > 0.0
@@ -45,18 +43,18 @@ class Heater(eqx.Module):
         late = self.gain * self.lag * (cools - lags) / (1.0 - self.cooling * self.lag)
         return HeaterStep(lags, cools, heats, late)
 
-    def holding_duty(self, excess: Scalar) -> Scalar:
-        """Duty that holds a temperature `excess` [K] above the room."""
-        return FULL_DUTY * self.cooling * excess / self.gain
+    def holding_duty(self, excess: Scalar, side: int) -> Scalar:
+        """Duty that holds side 0 (A) or 1 (B) `excess` [K] above the room."""
+        return FULL_DUTY * self.cooling[side] * excess / self.gain[side]
 
 
 class HeaterStep(NamedTuple):
     """Coefficients of the exact step; see `Heater.step`."""
 
-    lags: Scalar
-    cools: Scalar
-    heats: Scalar
-    late: Scalar
+    lags: Both
+    cools: Both
+    heats: Both
+    late: Both
 
     def __call__(self, state: HeaterState, duty: Both) -> HeaterState:
         """Both tubes after the step at `duty` (0 to 255)."""

@@ -39,6 +39,13 @@ class HeaterPosterior:
     told: dict[str, bool]
     source: str
 
+    def note(self) -> str:
+        """Where the numbers come from, in a line."""
+        untold = [name for name, told in self.told.items() if not told]
+        return f"heater {self.source}" + (
+            f"; not identified: {', '.join(untold)}" if untold else ""
+        )
+
     def summary(self) -> pd.DataFrame:
         """Mean, sd, 90 % interval, unit and whether runs told it."""
         rows = {

@@ -1,7 +1,5 @@
 """The antagonistic joint: two muscles on one rotor, each in its heater tube, seen by sensors."""
 
-from typing import Any
-
 import equinox as eqx
 
 from muscle_bayes.control.heater import Heater
@@ -12,15 +10,11 @@ from muscle_bayes.physics.plant import Plant
 class Joint(eqx.Module):
     """A joint with all its parameters known: one draw.
 
-    `plant` has a muscle on both sides; they share their parameters and effects, and have
-    temperatures and HYST strains of their own.
+    `plant` has a muscle on both sides, each with parameters, temperature and HYST strain of its own;
+    they share the effects.
     """
 
     plant: Plant
     heater: Heater
     potentiometer: Potentiometer
     thermocouples: Thermocouples
-
-    def counts_of(self, angle: Any) -> Any:
-        """Setpoint [counts, not rounded] for an angle [rad]."""
-        return self.potentiometer.counts(angle)

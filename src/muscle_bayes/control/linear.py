@@ -10,12 +10,13 @@ from jaxtyping import Array
 import control
 from muscle_bayes.control.closed_loop import resting_plant, start_of
 from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import Gains
-from muscle_bayes.control.heater import FULL_DUTY
+from muscle_bayes.control.gains import Gains, Inner, fits_the_board
 from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.rest import bisect
+from muscle_bayes.control.law import FULL_DUTY
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.plant import Drive
 
 LEAST_LAG = 1e-3
@@ -41,7 +42,7 @@ class OperatingPoint(NamedTuple):
 def _rates(joint: Joint, bias: Array):
     """dx/dt of STATES as a function of (x, duty of B); A's excess stays at `bias` [K]."""
     heater, plant = joint.heater, resting_plant(joint)
-    lag = jnp.maximum(heater.lag, LEAST_LAG)
+    lag = jnp.maximum(heater.lag[1], LEAST_LAG)
 
     def rates(x, duty):
         q, speed, excess, power = x[0], x[1], x[4], x[5]
@@ -49,7 +50,7 @@ def _rates(joint: Joint, bias: Array):
         drive = Drive(temperature, jnp.zeros(()), jnp.zeros(()))
         force = plant.force(q, speed, x[2:4], drive)
         hyst = plant.hyst_rate(q, speed, x[2:4], drive)
-        heats = heater.gain * power - heater.cooling * excess
+        heats = heater.gain[1] * power - heater.cooling[1] * excess
         gains = (duty / FULL_DUTY - power) / lag
         rotor = jnp.stack([speed, force / plant.inertia(drive.load)])
         return jnp.concatenate([rotor, hyst, jnp.stack([heats, gains])])
@@ -80,7 +81,7 @@ def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
     reachable = (force(low, angle) < 0.0) & (force(high, angle) > 0.0)
     excess = bisect(lambda e: -force(e, angle), low, high)
     stiffness = -jax.grad(force, 1)(excess, angle)
-    duty = heater.holding_duty(excess)
+    duty = heater.holding_duty(excess, 1)
     turned = jnp.stack([angle, jnp.zeros(())])
     heat = jnp.stack([excess, duty / FULL_DUTY])
     return _Held(jnp.concatenate([turned, start.hyst, heat]), duty, stiffness, reachable)
@@ -129,20 +130,31 @@ def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateS
     )
 
 
-def sampled_plant(joint: Joint, angle: float, period: float, bias: float = 0.0):
-    """`state_space` as the controller sees it: held duty, readings late by the sensor's delay."""
-    plant = control.sample_system(state_space(joint, angle, bias), period, "zoh")
+def sampled_plant(
+    joint: Joint, angle: float, period: float, bias: float = 0.0, inner: Inner | None = None
+) -> control.StateSpace:
+    """`state_space` as the controller sees it: held input, readings late by the sensor's delay.
+
+    The input is the duty of B, or with an `inner` loop the temperature that is asked of it.
+    """
+    plant = state_space(joint, angle, bias)
+    if inner is not None:
+        row = inner.heat * np.eye(1, len(STATES), STATES.index("excess_b"))
+        plant = control.ss(
+            plant.A - plant.B @ row, (inner.hold + inner.heat) * plant.B, plant.C, plant.D
+        )
+    plant = control.sample_system(plant, period, "zoh")
     delay = joint.potentiometer.delay
     late = control.tf([1.0], [1.0] + [0.0] * delay, period)
     return plant * control.ss(late) if delay else plant
 
 
 def pi_controller(gains: Gains) -> control.TransferFunction:
-    """kp + ki h z / (z - 1) [duty / rad]: the sum includes the newest error, as on the bench."""
+    """kp + ki h / (z - 1) [duty / rad]: the sum is that of earlier errors, as on the bench."""
     if gains.integral == 0.0:
         return control.tf([gains.proportional], [1.0], gains.period)
     kp, ki = gains.proportional, gains.integral * gains.period
-    return control.tf([kp + ki, -kp], [1.0, -1.0], gains.period)
+    return control.tf([kp, ki - kp], [1.0, -1.0], gains.period)
 
 
 class Margins(NamedTuple):
@@ -158,18 +170,30 @@ class Margins(NamedTuple):
     """Whether the closed loop's poles lie inside the unit circle."""
 
 
-def _loop_gain(plant: control.StateSpace, gains: Gains) -> control.StateSpace:
-    """Plant times controller. Without integral by hand: a system without states trips over NumPy 2.5."""
-    if gains.integral > 0.0:
-        return plant * control.ss(pi_controller(gains))
-    kp = gains.proportional
-    return control.ss(plant.A, kp * plant.B, plant.C, kp * plant.D, plant.dt)
+class Loop(NamedTuple):
+    """Loop gains of several draws, held at an angle."""
+
+    frequency: np.ndarray
+    """rad/s"""
+    gain: np.ndarray
+    """(draw, frequency), complex"""
+    margins: list[Margins]
+    disk: np.ndarray
+    """Balanced disk margin of each draw: gain and phase may vary at once within it."""
 
 
-def margins_of(plant: control.StateSpace, gains: Gains) -> Margins:
-    """Margins of a sampled plant under PI gains."""
-    loop = _loop_gain(plant, gains)
-    frequencies = np.geomspace(SLOWEST, np.pi / gains.period, FREQUENCIES)
+def loop_gain(joint: Joint, gains: Gains, angle: float) -> control.StateSpace:
+    """Controller times plant at an angle [rad]; of a cascade with its inner loop closed."""
+    plant = sampled_plant(joint, angle, gains.period, inner=gains.inner)
+    if gains.integral == 0.0:  # by hand: a system without states trips over NumPy 2.5
+        kp = gains.proportional
+        return control.ss(plant.A, kp * plant.B, plant.C, kp * plant.D, plant.dt)
+    return plant * control.ss(pi_controller(gains))
+
+
+def margins_of(loop: control.StateSpace) -> Margins:
+    """Margins of a sampled loop."""
+    frequencies = np.geomspace(SLOWEST, np.pi / loop.dt, FREQUENCIES)
     response = control.frd(loop, frequencies)
     gain, phase, _, _, crossover, _ = control.stability_margins(response)
     # Unity feedback: A - B (1 + D)^-1 C.
@@ -178,14 +202,23 @@ def margins_of(plant: control.StateSpace, gains: Gains) -> Margins:
     return Margins(float(gain), float(phase), float(crossover), stable)
 
 
+@one_blas_thread
 @double_precision
-def margins(draws: JointDraws, gains: Gains, angle: float, count: int = 50) -> list[Margins]:
-    """Margins of the first `count` draws' loops held at an angle; laws other than PI have none here."""
-    if gains.law == "cascade":
-        raise MuscleBayesError("margins are told of PI laws only; a cascade has two loops")
-    number = min(count, len(draws))
-    plants = (sampled_plant(draws.one(i), angle, gains.period) for i in range(number))
-    return [margins_of(plant, gains) for plant in plants]
+def loops(draws: JointDraws, gains: Gains, angle: float, count: int = 40) -> Loop:
+    """Loop gains and margins of the first `count` draws that muscle B can hold at an angle [rad]."""
+    frequency = np.geomspace(0.01, np.pi / gains.period, 120)
+    rows, found = [], []
+    for index in range(min(count, len(draws))):
+        try:
+            loop = loop_gain(draws.one(index), gains, angle)
+        except MuscleBayesError:
+            continue  # this joint rests so far off that the muscle cannot hold the angle
+        rows.append(np.asarray(loop(np.exp(1j * frequency * gains.period))).reshape(-1))
+        found.append(margins_of(loop))
+    gain = np.array(rows)
+    # 1 / max |S - T| / 2: Seiler, Packard and Gahinet, IEEE Control Systems 40 (2020), 78-95
+    disk = np.min(2.0 * np.abs(1.0 + gain) / np.abs(1.0 - gain), axis=-1)
+    return Loop(frequency, gain, found, disk)
 
 
 PHASE_MARGIN, GAIN_MARGIN = 60.0, 2.0
@@ -193,25 +226,29 @@ INTEGRAL_SHARE = 0.1
 """Corner of the integral, share of the crossover."""
 
 
+@one_blas_thread
 @double_precision
 def snapshot_gains(draws: JointDraws, angle: float, *, period_ms: int = 30) -> Gains:
     """PI tuned as the thesis did: on one joint linearised near the end of a step's response.
 
     The thesis prints no gains; a tool chose them "for a high-speed controller". Here: the fastest
-    crossover with a phase margin of 60 degrees and a gain margin of 2, for the mean of the draws.
+    crossover with a phase margin of 60 degrees and a gain margin of 2, for the median of the draws.
     """
-    plant = sampled_plant(draws.mean().one(), angle, period_ms / 1000.0)
+    joint = draws.median().one()
+    plant = sampled_plant(joint, angle, period_ms / 1000.0)
     chosen = None
     for crossover in np.geomspace(0.02, 0.5 * np.pi / (period_ms / 1000.0), 80):
         response = complex(plant(np.exp(1j * crossover * period_ms / 1000.0)))
         kp = float(1.0 / abs(response) / np.hypot(1.0, INTEGRAL_SHARE))
         gains = Gains(
-            law="pi",
+            law="thesis",
             period_ms=period_ms,
             proportional=kp,
             integral=kp * INTEGRAL_SHARE * float(crossover),
         )
-        found = margins_of(plant, gains)
+        if not fits_the_board(gains, draws.design):
+            continue
+        found = margins_of(plant * control.ss(pi_controller(gains)))
         if found.stable and found.phase >= PHASE_MARGIN and found.gain >= GAIN_MARGIN:
             chosen = gains
     if chosen is None:

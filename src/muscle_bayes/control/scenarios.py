@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from muscle_bayes.control.scenario import Course, Scenario
+from muscle_bayes.control.scenario import Course, Scenario, course_of
 
 STEP = 0.08
 """Amplitude of setpoints [rad]: what the bench's muscles reach within their trained temperatures."""
@@ -20,20 +20,6 @@ BEYOND_REACH = 3.0 * STEP
 """Setpoint that saturates the heaters [rad]."""
 
 
-def course_of(
-    setpoint, load, *, trained=False, noise=False, cycle: int = 0, judged_from: int = 0
-) -> Course:
-    """A course from arrays over control periods."""
-    return Course(
-        np.asarray(setpoint, float),
-        np.asarray(load, float),
-        np.asarray(float(trained)),
-        np.asarray(float(noise)),
-        np.asarray(cycle),
-        np.asarray(judged_from),
-    )
-
-
 def _grid(length: float, period: float) -> np.ndarray:
     return np.arange(round(length / period)) * period
 
@@ -49,7 +35,7 @@ def square(period: float) -> Course:
     time = _grid(LONG, period)
     half = round(HALF_PERIOD / period)
     sign = np.where((np.arange(time.size) // half) % 2 == 0, 1.0, -1.0)
-    return course_of(STEP * sign, 0.0 * time, cycle=2 * half)
+    return course_of(STEP * sign, 0.0 * time)
 
 
 def load_step(period: float) -> Course:
@@ -60,10 +46,11 @@ def load_step(period: float) -> Course:
 
 
 def load_sine(period: float, frequency: float) -> Course:
-    """Load m (1 - cos) / 2 during a step response."""
+    """Load m (1 - cos) / 2 during a step response; tracking is judged in the second half."""
     time = _grid(SHORT, period)
     load = 0.5 * LOAD * (1.0 - np.cos(2 * np.pi * frequency * time))
-    return course_of(np.where(time >= START, STEP, 0.0), load)
+    setpoint = np.where(time >= START, STEP, 0.0)
+    return course_of(setpoint, load, judged_from=round(0.5 * SHORT / period))
 
 
 def setpoint_sine(period: float, frequency: float, length: float = SHORT) -> Course:

@@ -1,9 +1,9 @@
 """What the controller sees: potentiometer and thermocouples."""
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.rounding import rounded
 from muscle_bayes.physics.linkage import Scalar
 
 FULL_SCALE = 1023.0
@@ -27,21 +27,29 @@ class Potentiometer(eqx.Module):
 
     def read(self, angle: Scalar, disturbance: Scalar) -> Scalar:
         """Reading of an angle [rad]; `disturbance` is standard normal."""
-        counts = rounded(self.counts(angle) + self.noise * disturbance)
+        counts = jnp.round(self.counts(angle) + self.noise * disturbance)
         return counts.clip(0.0, FULL_SCALE)
 
 
 class Thermocouples(eqx.Module):
-    """temperature = resolution round((T + noise) / resolution), renewed every `every` periods.
+    """lag p' = T - p;  reading = resolution round((p + noise) / resolution), renewed every `every` periods.
 
-    `noise` is a standard deviation [K], `resolution` in K.
+    `noise` is a standard deviation [K], `resolution` in K, `lag` in s.
     """
 
+    lag: Scalar | float = 0.0
     resolution: float = 0.1
     noise: float = 0.05
     every: int = eqx.field(static=True, default=13)
 
+    def follow(
+        self, probe: Float[Array, "2"], temperature: Float[Array, "2"], duration: float
+    ) -> Float[Array, "2"]:
+        """Temperatures of the probes [C] after `duration` [s] at `temperature`."""
+        share = -jnp.expm1(-duration / jnp.maximum(self.lag, 1e-6))
+        return probe + share * (temperature - probe)
+
     def read(self, temperature: Float[Array, "2"], disturbance: Scalar) -> Float[Array, "2"]:
         """Readings [C]; `disturbance` is standard normal, the same on both channels."""
         noisy = temperature + self.noise * disturbance
-        return self.resolution * rounded(noisy / self.resolution)
+        return self.resolution * jnp.round(noisy / self.resolution)

@@ -1,129 +1,137 @@
-"""Responses of a controlled joint in every scenario, with bands over the draws (thesis, Fig. 31-39)."""
+"""What a control engineer looks at: responses with bands, speed against heat, loop gains."""
 
-from typing import Any, Final
+from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from muscle_bayes.control.batch import SHOWN_EVERY
-from muscle_bayes.control.metrics import SAFE_TEMPERATURE
+from muscle_bayes.control.judge import Judgement, TradeOff
+from muscle_bayes.control.linear import Loop
 from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.study import Robustness, RunawayCurve
-from muscle_bayes.report.bands import draw_bands
-from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, PALETTE, VERMILLION, WIDTH, quiet_style
 
-_LEGEND: Final[Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
+_BANDS: Final = ((BLUE, 0.30), (VERMILLION, 0.22))
+"""Colour and opacity of the 90 % band of the first and of the second law."""
 
 
-def scenario_figure(result: Robustness, scenario: Scenario) -> Figure:
-    """Angle, temperatures and, where there is one, load of one scenario.
+def responses_figure(result: Judgement, laws: Sequence[str]) -> Figure:
+    """Angle over time in every scenario: setpoint, and median and 90 % of joints under one or two laws.
 
     Args:
-        result: of gains that were judged, by `muscle_bayes.control.study.robustness`.
-        scenario: one of those on which they were judged.
+        result: of laws that were judged, by `muscle_bayes.control.judge.judge`.
+        laws: one or two of them, the first in front.
 
     Returns:
-        A matplotlib figure: angle [rad], temperatures [C] and load [kg] over time [s].
+        A matplotlib figure with a panel a scenario: angle [deg] over time [s].
     """
-    outcome, time = result.outcomes[scenario.name], result.time(scenario.name)
-    course = scenario.course
-    loaded = bool(np.any(course.load))
-    heights = [2.0, 1.4] + [0.7] * loaded
+    rows = -(-len(result.scenarios) // 3)
     with quiet_style():
-        fig = Figure(figsize=(WIDTH, 1.0 + 1.1 * sum(heights)))
-        fig.suptitle(_title(result, scenario), x=0.01, ha="left", fontsize=9)
-        axes = fig.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-        _angle(axes[0], time, outcome.angle, np.asarray(course.setpoint[::SHOWN_EVERY]))
-        _temperatures(axes[1], time, outcome.temperature)
-        if loaded:
-            axes[2].plot(time, 1e3 * course.load[::SHOWN_EVERY], color=BLACK)
-            axes[2].set_ylabel("load [g]")
-        axes[-1].set_xlabel("time [s]")
-        axes[-1].set_xlim(time[0], time[-1])
-        fig.align_ylabels(list(axes))
+        fig = Figure(figsize=(WIDTH, 0.7 + 1.75 * rows))
+        axes = fig.subplots(rows, 3, squeeze=False).reshape(-1)
+        for axis, scenario in zip(axes, result.scenarios, strict=False):
+            _panel(axis, result, scenario, laws)
+        for axis in axes[len(result.scenarios) :]:
+            axis.set_visible(False)
+        handles, labels = axes[0].get_legend_handles_labels()
+        fig.legend(handles, labels, loc="outside upper left", ncols=3)
+        fig.supxlabel("time [s]", fontsize=9)
+        fig.supylabel(r"$\theta$ [deg]", fontsize=9)
     return fig
 
 
-def responses_figure(result: Robustness) -> Figure:
-    """Angle in every scenario, a panel each: setpoint, median and bands over the draws.
-
-    Args:
-        result: of gains that were judged, by `muscle_bayes.control.study.robustness`.
-
-    Returns:
-        A matplotlib figure: angle [deg] over time [s].
-    """
-    courses = result.scenarios
-    columns = min(3, len(courses))
-    rows = -(-len(courses) // columns)
-    with quiet_style():
-        fig = Figure(figsize=(WIDTH, 0.5 + 1.5 * rows))
-        axes: Any = fig.subplots(rows, columns, squeeze=False)
-        for axis, one in zip(axes.flat, courses, strict=False):
-            setpoint = np.asarray(one.course.setpoint[::SHOWN_EVERY])
-            _angle(axis, result.time(one.name), result.outcomes[one.name].angle, setpoint)
-            axis.get_legend().remove()
-            axis.set_title(one.name, fontsize=8)
-            axis.set_ylabel("")
-        for axis in axes.flat[len(courses) :]:
-            axis.set_axis_off()
-        for axis in axes[:, 0]:
-            axis.set_ylabel(r"$\theta$ [deg]")
-        for axis in axes[-1]:
-            axis.set_xlabel("time [s]")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        fig.legend(handles, labels, loc="outside lower left", ncols=4)
-    return fig
-
-
-def _title(result: Robustness, scenario: Scenario) -> str:
-    found = result.summary()[scenario.name]
-    return (
-        f"{scenario.about}: {result.gains.law}, {result.draws} simulated draws\n"
-        f"probability of instability {found['unstable']['probability']:.0%}, "
-        f"of leaving {SAFE_TEMPERATURE:g} °C {found['unsafe']['probability']:.0%}"
-    )
-
-
-def _angle(axis: Axes, time: np.ndarray, angle: np.ndarray, setpoint: np.ndarray) -> None:
-    finite = angle[np.isfinite(angle).all(axis=1)]
-    if finite.size:
-        draw_bands(axis, time, np.degrees(finite), "draws")
-        axis.plot(time, np.degrees(np.median(finite, axis=0)), color=BLUE, label="median")
-    axis.plot(time, np.degrees(setpoint), color=BLACK, linestyle=(0, (4, 2)), label="setpoint")
-    axis.set_ylabel(r"$\theta$ [deg]")
-    axis.legend(ncols=4, **_LEGEND)
-
-
-def _temperatures(axis: Axes, time: np.ndarray, temperature: np.ndarray) -> None:
-    finite = temperature[np.isfinite(temperature).all(axis=(1, 2))]
-    for side, colour in enumerate((VERMILLION, SKY)):
-        low, middle, high = np.quantile(finite[:, :, side], [0.05, 0.5, 0.95], axis=0)
-        axis.fill_between(time, low, high, color=colour, alpha=0.3, linewidth=0)
-        axis.plot(time, middle, color=colour, label=f"muscle {'AB'[side]}, median and 90 %")
-    if finite.size and finite.max() > 0.9 * SAFE_TEMPERATURE:
-        axis.axhline(SAFE_TEMPERATURE, color=GREY, linestyle=":", label="allowed")
-    axis.set_ylabel("temperature [°C]")
-    axis.legend(ncols=3, **_LEGEND)
-
-
-def runaway_figure(curve: RunawayCurve) -> Figure:
-    """How well setpoint sines are followed, and how probable runaway is, against frequency."""
-    with quiet_style():
-        fig = Figure(figsize=(WIDTH, 2.8))
-        above, below = fig.subplots(2, sharex=True)
-        low, middle, high = curve.error.T
-        above.fill_between(curve.frequency, low, high, color=SKY, alpha=0.4, linewidth=0)
-        above.plot(curve.frequency, middle, color=BLUE, marker="o", label="median and 90 %")
-        above.axhline(1.0, color=GREY, linestyle=":", label="a joint that stays at zero")
-        above.set_ylabel("RMS error / RMS setpoint")
-        above.legend(ncols=2, **_LEGEND)
-        below.plot(
-            curve.frequency, curve.unstable, color=VERMILLION, marker="s", label="adds error"
+def _panel(axis: Axes, result: Judgement, scenario: Scenario, laws: Sequence[str]) -> None:
+    setpoint = np.degrees(np.asarray(scenario.course.setpoint[::SHOWN_EVERY]))
+    period = result.gains[laws[0]].period
+    time = np.arange(setpoint.size) * SHOWN_EVERY * period
+    for (colour, opacity), law in reversed(list(zip(_BANDS, laws, strict=False))):
+        angle = np.degrees(result.outcomes[law][scenario.name].angle)
+        low, middle, high = np.nanquantile(angle, (0.05, 0.5, 0.95), axis=0)
+        axis.fill_between(
+            time, low, high, color=colour, alpha=opacity, linewidth=0, label=f"{law}, 90 %"
         )
-        below.plot(curve.frequency, curve.unsafe, color=ORANGE, marker="o", label="too hot")
-        below.set(ylabel="probability", ylim=(-0.03, 1.03), xlabel="frequency of the setpoint [Hz]")
-        below.set_xscale("log")
-        below.legend(ncols=2, **_LEGEND)
+        axis.plot(time, middle, color=colour, linewidth=1.0, label=f"{law}, median")
+    axis.plot(time, setpoint, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), label="setpoint")
+    shares = " / ".join(f"{result.probability(law, scenario.name)[0]:.0%}" for law in laws)
+    out = " (infeasible)" if result.specs[scenario.name].infeasible else ""
+    axis.set_title(f"{scenario.name}{out}\n", fontsize=8)
+    axis.text(0.0, 1.02, f"meets {shares}", transform=axis.transAxes, fontsize=7.5, color=GREY)
+    shown = 60.0 if _swings_fast(scenario) else time[-1]
+    axis.set_xlim(0.0, shown)
+    reach = 1.9 * np.abs(setpoint).max()
+    axis.set_ylim(-reach if setpoint.min() < 0 else -0.5 * reach, reach)
+
+
+def _swings_fast(scenario: Scenario) -> bool:
+    """Whether more than ten swings would be shown."""
+    for values in (scenario.course.setpoint, scenario.course.load):
+        if np.count_nonzero(np.diff(np.sign(values - np.mean(values)))) > 20:
+            return True
+    return False
+
+
+def pareto_figure(curves: Mapping[str, TradeOff], limit: float) -> Figure:
+    """Settling time of the step against the probability of overheating, as gains are multiplied.
+
+    Args:
+        curves: of every law, by `muscle_bayes.control.judge.trade_off`.
+        limit: temperature that counts as overheating [C].
+
+    Returns:
+        A matplotlib figure; large markers are the tuned gains.
+    """
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 3.8))
+        axis = fig.subplots()
+        for (law, curve), colour in zip(curves.items(), PALETTE, strict=False):
+            seen = np.isfinite(curve.speed[:, 1])
+            middle = curve.speed[seen, 1]
+            axis.plot(middle, curve.hot[seen], color=colour, marker="o", markersize=3, label=law)
+            own = np.argmin(np.abs(np.log(curve.factor)))
+            if seen[own]:
+                axis.plot(
+                    curve.speed[own, 1], curve.hot[own], color=colour, marker="o", markersize=9
+                )
+        axis.set_xlabel("settling time of the step [s], median of joints")
+        axis.set_ylabel(f"probability of more than {limit:g} °C")
+        axis.set_ylim(-0.03, 1.03)
+        axis.set_xlim(left=0.0)
+        axis.legend()
+    return fig
+
+
+def loop_figure(loops: Mapping[str, Loop], law: str) -> Figure:
+    """Bode diagram of the loop gain and sensitivity, with 90 % bands over joints, at several angles.
+
+    Args:
+        loops: by the operating point's name, by `muscle_bayes.control.linear.loops`.
+        law: its name, for the title.
+
+    Returns:
+        A matplotlib figure: magnitude, phase [deg] and sensitivity over frequency [rad/s].
+    """
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 6.0))
+        above, middle, below = fig.subplots(3, sharex=True)
+        for (name, loop), colour in zip(loops.items(), PALETTE, strict=False):
+            phase = np.degrees(np.unwrap(np.angle(loop.gain), axis=1))
+            for axis, value in (
+                (above, np.abs(loop.gain)),
+                (middle, phase),
+                (below, np.abs(1.0 / (1.0 + loop.gain))),
+            ):
+                low, centre, high = np.quantile(value, (0.05, 0.5, 0.95), axis=0)
+                axis.fill_between(loop.frequency, low, high, color=colour, alpha=0.3, linewidth=0)
+                axis.plot(loop.frequency, centre, color=colour, label=name)
+        above.axhline(1.0, color=GREY, linestyle=":")
+        middle.axhline(-180.0, color=GREY, linestyle=":")
+        below.axhline(2.0, color=GREY, linestyle=":")
+        above.set(
+            yscale="log", xscale="log", ylabel="|L|", title=f"{law}: median and 90 % of joints"
+        )
+        middle.set(ylabel="phase of L [deg]")
+        below.set(yscale="log", ylabel="|S|", xlabel="frequency [rad/s]")
+        above.legend()
     return fig

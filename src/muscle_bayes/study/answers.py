@@ -11,7 +11,7 @@ from muscle_bayes.study.numbers import interval, number, percent
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
 from muscle_bayes.study.tables import Table, table
-from muscle_bayes.study.words import agrees, converged, gains_found
+from muscle_bayes.study.words import agrees, converged
 
 Values = Mapping[str, NDArray[np.float64]]
 LITTLE: Final = 0.5
@@ -168,4 +168,5 @@ def _control(results: Results) -> Sequence[str]:
     found: Numbers | None = results.get("control")
     if found is None:
         return []
-    return found.get("answers") or gains_found(found)
+    answers: Sequence[str] = found["answers"]
+    return answers

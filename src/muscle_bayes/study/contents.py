@@ -177,7 +177,7 @@ def _control(results: Results) -> dict[str, Any] | None:
     if found is None:
         return None
     return {
-        "told": " ".join(found.get("answers") or words.gains_found(found)),
+        "told": " ".join(found["answers"]),
         "notes": found["notes"],
         "how": words.tuning(found),
         "gains": tables.gains(found),

@@ -201,7 +201,6 @@ def _control(plan: Plan) -> Stage | LeftOut:
             "the muscle does not turn a rotor by pins on both, so its rig says nothing of a joint; "
             "name one in the study's settings (`joint`)",
         )
-    bearing = (plan.posterior("fixture-linear"),) if plan.roles.fixture else ()
     return Stage(
         "control",
         "control",
@@ -212,10 +211,9 @@ def _control(plan: Plan) -> Stage | LeftOut:
         needs=(
             plan.result("revised"),
             plan.posterior("muscle"),
-            *bearing,
             *([] if plan.joint is None else [plan.joint]),
         ),
-        code=(*FIT, "control", "report/control_figures.py", "report/risk_figure.py", *LOOK),
+        code=(*FIT, "control", "report/control_figures.py", *LOOK),
     )
 
 

@@ -163,31 +163,28 @@ def _closed(share: float | None) -> str:
 
 
 def gains(found: Numbers) -> Table:
-    """Gains by how they were tuned."""
-    rows = [
-        (
-            name,
-            one["law"],
-            number(one["proportional"]),
-            number(one["integral"]),
-            number(one["bias"], 3),
-        )
-        for name, one in found["gains"].items()
-    ]
-    return table(
-        ("gains", "law", "proportional [duty/rad]", "integral [duty/(rad s)]", "bias [duty]"), rows
-    )
+    """Gains of every law, and whether any lies at an edge of the search."""
+    rows = []
+    for law, one in found["laws"].items():
+        own = one["gains"]
+        unit = "K" if "inner" in own else "duty"
+        edges = ", ".join(found["edges"].get(law, ())) or "no"
+        per = (number(own["proportional"]), number(own["integral"]), number(own["bias"], 3))
+        rows.append((law, unit, *per, number(own["filter_time"], 3), edges))
+    columns = ("law", "unit", "proportional [1/rad]", "integral [1/(rad s)]", "bias", "filter [s]")
+    return table((*columns, "at an edge"), rows)
 
 
 def risks(found: Numbers) -> Table:
-    """CVaR and runaways of each scenario and gains."""
-    names = list(found["gains"])
-    rows = [(row["about"], *(_risk(row[name]) for name in names)) for row in found["rows"]]
-    return table(("scenario", *names), rows)
-
-
-def _risk(row: Numbers) -> str:
-    return f"{number(row['cvar95'], 3)} ({percent(row['runaway'])})"
+    """Probability of meeting each scenario's limits, and all, under every law."""
+    laws = found["laws"]
+    rows = [
+        (name, *(percent(one["scenarios"][name]["probability"]) for one in laws.values()))
+        for name in found["specifications"]
+    ]
+    every = ("all", *(percent(one["probability"]) for one in laws.values()))
+    lost = ("runaways", *(str(one["runaways"]) for one in laws.values()))
+    return table(("scenario", *laws), [*rows, every, lost])
 
 
 def sbc(found: Numbers) -> Table:

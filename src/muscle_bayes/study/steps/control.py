@@ -1,25 +1,19 @@
-"""Gains of an antagonistic joint: tuned for all draws, tested on draws that were not used."""
+"""Gains of an antagonistic joint: tuned over new joints, tested on others."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
-
-from muscle_bayes.control.batch import Bank
-from muscle_bayes.control.closed_loop import Clock
-from muscle_bayes.control.criteria import Criterion, CVaR, MeanCost, cvar
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import Gains, gains_toml
-from muscle_bayes.control.header import gains_header, on_the_bench
-from muscle_bayes.control.linear import snapshot_gains
-from muscle_bayes.control.scenario import Scenario
+from muscle_bayes.control.gains import LawName, gains_header, gains_toml
+from muscle_bayes.control.judge import Judgement, trade_off
+from muscle_bayes.control.laws import TUNED
+from muscle_bayes.control.linear import loops
 from muscle_bayes.control.scenarios import STEP, thesis_scenarios
-from muscle_bayes.control.study import Robustness, robustness, runaway_curve
-from muscle_bayes.control.tune import Effort, tune
+from muscle_bayes.control.specification import HOTTEST
+from muscle_bayes.control.study import TunedLaws, tuned_laws
+from muscle_bayes.control.tune import Effort
 from muscle_bayes.json_file import write_json
-from muscle_bayes.report.control_figures import responses_figure, runaway_figure
-from muscle_bayes.report.risk_figure import RiskCurve, risk_figure
+from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.steps.joints import draws_of
@@ -32,153 +26,85 @@ class Size:
     """How much is spent on the controller."""
 
     tuned_on: int
-    """draws"""
-    kept: int
-    """draws that gains are judged on"""
+    """joints"""
+    tested: int
+    """other joints, that gains are tested on"""
+    laws: tuple[LawName, ...]
     effort: Effort
-    scenarios: tuple[str, ...] | None
-    """of the thesis' nine that gains are tuned for; None: all"""
-    swept: int
-    """gains of the risk curve"""
 
 
 SIZES: Final = {
-    "quick": Size(
-        16,
-        48,
-        Effort(starts=8, scout_draws=8, refined=1, steps=4),
-        ("step", "load-step", "setpoint-sine-0.1592"),
-        5,
-    ),
-    "full": Size(48, 256, Effort(starts=32, refined=1, steps=10), None, 9),
+    "quick": Size(24, 48, ("pi",), Effort(starts=8, scouts=8, kept=4, rounds=1, tried=8)),
+    "full": Size(96, 400, TUNED, Effort()),
 }
-SPREAD: Final = 8.0
-"""The risk curve reaches from gains this much smaller to gains this much larger."""
-SHARES: Final = ("unstable", "unsafe")
+FACTORS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
 
 
 def make(plan: Plan, name: str, report: Report) -> None:
     """Write results/control.json, gains.toml, gains.h and figures."""
     size, seed = SIZES[plan.preset], plan.config.seed
-    joints, notes = draws_of(plan, size.tuned_on + size.kept)
-    tuned_on, kept = joints.split(size.tuned_on)
-    gains = _tuned(tuned_on, size, seed, report)
-    clock = Clock(gains["robust"].period)
-    scenarios = thesis_scenarios(gains["robust"].period)
-    bank, middle = Bank(kept, clock, seed + 1), Bank(tuned_on.mean(), clock, seed + 1)
-    judged = {key: robustness(bank, one, scenarios, notes=notes) for key, one in gains.items()}
-    nominal = {key: robustness(middle, one, scenarios) for key, one in gains.items()}
-    report("risk", 0, 1)
-    aims = _tuned_for(size, gains["robust"].period)
-    curve = _risk(bank, gains["robust"], aims, size.swept)
-    runaway = runaway_curve(bank, gains["robust"])
-    head = f"95 % CVaR over {size.tuned_on} draws, for {', '.join(one.name for one in aims)}"
-    head += "\n" + "\n".join(notes)
-    write_whole(plan.out / "gains.toml", gains_toml(gains["robust"], head).encode())
-    header = gains_header(gains["robust"], joints.design, head)
-    write_whole(plan.out / "gains.h", header.encode())
-    origin = origin_of(plan.runs(plan.roles.fitted))
+    joints, notes = draws_of(plan, size.tuned_on + size.tested)
+    found = tuned_laws(
+        joints,
+        size.tuned_on,
+        thesis_scenarios(),
+        laws=size.laws,
+        effort=size.effort,
+        notes=notes,
+        seed=seed,
+        report=report,
+    )
+    result = found.judgement
+    gains = result.gains[result.recommended]
+    head = "\n".join([result.sentence(), *result.notes])
+    write_whole(plan.out / "gains.toml", gains_toml(gains, head).encode())
+    write_whole(plan.out / "gains.h", gains_header(gains, joints.design, head).encode())
+    report("figures", 0, 1)
     drawn = Drawn(plan)
-    _draw(drawn, judged["robust"], gains, curve, origin)
-    drawn.add(
-        "runaway",
-        runaway_figure(runaway),
-        "How fast the setpoint may move: error relative to the setpoint (median and 90 % of draws), and "
-        "probability of runaway, against the frequency of a setpoint sine.",
-        origin,
-    )
-    write_json(
-        plan.result(name),
-        {
-            "notes": notes,
-            "tuned_on": size.tuned_on,
-            "kept_apart": size.kept,
-            "scenarios_tuned_for": [one.name for one in aims],
-            "gains": {key: one.model_dump(exclude_none=True) for key, one in gains.items()},
-            "rows": _rows(judged, nominal),
-            "robust": judged["robust"].as_dict(),
-            "risk": curve.as_dict(),
-            "runaway": runaway.as_dict(),
-            "figures": drawn.listed,
-        },
-    )
+    _draw(drawn, found, origin_of(plan.runs(plan.roles.fitted)) + " Simulated loops.")
+    told = {"answers": answers(result, found.edges), "edges": found.edges, "figures": drawn.listed}
+    write_json(plan.result(name), result.as_dict() | told)
 
 
-def _tuned_for(size: Size, period: float) -> list[Scenario]:
-    """The scenarios that gains are tuned for."""
-    every = thesis_scenarios(period)
-    return [one for one in every if size.scenarios is None or one.name in size.scenarios]
+def answers(result: Judgement, edges: dict[str, tuple[str, ...]]) -> list[str]:
+    """The recommendation in sentences, with what is out of reach."""
+    lost = [f"{key}: {one.infeasible}." for key, one in result.specs.items() if one.infeasible]
+    limits = [f"{law}: {', '.join(at)}." for law, at in edges.items() if at]
+    return [
+        result.sentence(),
+        *([f"Out of any input's reach: {' '.join(lost)}"] if lost else []),
+        *([f"At an edge of the search: {' '.join(limits)}"] if limits else []),
+    ]
 
 
-def _tuned(draws: JointDraws, size: Size, seed: int, report: Report) -> dict[str, Gains]:
-    """PI with anti-windup for all draws and for their mean, and PI as the thesis tuned it."""
-    blank = Gains(law="pi-antiwindup", proportional=1.0, integral=1.0)
-    scenarios = _tuned_for(size, blank.period)
-
-    def one(on: JointDraws, criterion: Criterion) -> Gains:
-        bank = Bank(on, Clock(blank.period), seed)
-        found = tune(
-            bank, scenarios, criterion, blank, effort=size.effort, seed=seed, report=report
-        )
-        return on_the_bench(found.gains, draws.design)
-
-    return {
-        "robust": one(draws, CVaR()),
-        "point": one(draws.mean(), MeanCost()),
-        "thesis": snapshot_gains(draws, STEP),
-    }
-
-
-def _risk(bank: Bank, gains: Gains, scenarios: Sequence[Scenario], count: int) -> RiskCurve:
-    """Costs over the draws with all gains multiplied by the same factors."""
-    rows = []
-    for factor in np.geomspace(1.0 / SPREAD, SPREAD, count):
-        both = {key: factor * getattr(gains, key) for key in ("proportional", "integral")}
-        found = robustness(bank, gains.model_copy(update=both), scenarios).outcomes.values()
-        costs = np.mean([one.cost for one in found], axis=0)
-        worst = [max(float(np.mean(getattr(one.metrics, key))) for one in found) for key in SHARES]
-        tail = float(np.mean([cvar(one.cost, 0.95) for one in found]))
-        rows.append((both["proportional"], np.quantile(costs, [0.05, 0.5, 0.95]), tail, *worst))
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return RiskCurve(*columns)
-
-
-def _draw(
-    drawn: Drawn, result: Robustness, gains: Mapping[str, Gains], curve: RiskCurve, origin: str
-) -> None:
+def _draw(drawn: Drawn, found: TunedLaws, origin: str) -> None:
+    result, bank = found.judgement, found.bank
+    law = result.recommended
+    others: Sequence[str] = [one for one in ("thesis",) if one != law]
     drawn.add(
         "control-responses",
-        responses_figure(result),
-        "The recommended gains in every scenario: setpoint, median angle, bands with 50 and 90 % of the "
-        "draws. None of these draws was used for tuning.",
+        responses_figure(result, [law, *others]),
+        "Responses of joints that were not tuned on, in every scenario: median and 90 % under the "
+        "recommended gains and under gains by the thesis' method; below each name, the share that meets "
+        "what is asked.",
         origin,
     )
-    marked = {key: one.proportional for key, one in gains.items()}
+    curves = {
+        name: trade_off(bank, gains, result.scenarios[:2], HOTTEST, FACTORS)
+        for name, gains in result.gains.items()
+    }
     drawn.add(
-        "risk",
-        risk_figure(curve, marked),
-        "Cost, and probability of runaway in the worst scenario, as all recommended gains are multiplied "
-        "alike. Vertical lines: gains tuned for all draws (robust), for their mean (point), and by the "
-        "thesis' method.",
+        "control-pareto",
+        pareto_figure(curves, HOTTEST),
+        "Speed against heat, as all gains of a law are multiplied alike; large markers: as tuned.",
         origin,
     )
-
-
-def _rows(
-    judged: Mapping[str, Robustness], nominal: Mapping[str, Robustness]
-) -> list[dict[str, Any]]:
-    """Of every scenario and gains: risk, runaways, and cost on the mean joint."""
-    rows = []
-    for scenario in judged["robust"].scenarios:
-        row: dict[str, Any] = {"scenario": scenario.name, "about": scenario.about}
-        for key, result in judged.items():
-            outcome = result.outcomes[scenario.name]
-            away = np.maximum(outcome.metrics.unstable, outcome.metrics.unsafe) > 0
-            row[key] = {
-                "cvar95": cvar(outcome.cost, 0.95),
-                "median": float(np.median(outcome.cost)),
-                "runaway": float(np.mean(away)),
-                "nominal": float(nominal[key].outcomes[scenario.name].cost[0]),
-            }
-        rows.append(row)
-    return rows
+    near = loops(bank.draws, result.gains[law], 0.5 * STEP, count=20)
+    if len(near.gain):
+        drawn.add(
+            "control-loop",
+            loop_figure({f"held at {0.5 * STEP:.2g} rad": near}, law),
+            "Loop gain and sensitivity under the recommended gains, median and 90 % of joints; without dry "
+            "friction.",
+            origin,
+        )

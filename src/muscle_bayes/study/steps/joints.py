@@ -5,6 +5,7 @@ from muscle_bayes.control.draws import JointDraws, joint_draws
 from muscle_bayes.control.heater_fit import HeaterPosterior, assumed_heater, fit_heater
 from muscle_bayes.data import Run
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.population import fit_population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.roles import drives
@@ -37,34 +38,28 @@ def heater_of(plan: Plan, seed: int) -> HeaterPosterior:
 
 
 def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
-    """Draws of joints, and what has to be told about where they come from."""
+    """Draws of joints, and what has to be told about where they come from.
+
+    Inertia and friction are those that the muscle was fitted with: the fixture's, with the friction that
+    the study takes.
+    """
     seed = plan.config.seed
     tubes = heater_of(plan, seed)
-    undetermined = [name for name, told in tubes.told.items() if not told]
-    notes = [
-        f"heater: {tubes.source}"
-        + (f"; not identified: {', '.join(undetermined)}" if undetermined else ""),
-        "loops are simulated, no joint was measured",
-    ]
+    notes = [tubes.note(), "loops are simulated, no joint was measured"]
     design = mirrored(plan.run(plan.roles.muscle[0]))
     if plan.joint is not None:
         design = read_design(plan.joint)
         notes.append(f"joint: {plan.joint.name}")
     else:
         notes.append("joint: the muscle's rig with its mirror image on the other side")
-    bearing = None
-    if plan.roles.fixture:
-        bearing = Posterior.load(plan.posterior("fixture-linear"))
-        notes.append("inertia and friction: the fixture's fit with linear friction")
     revised = plan.found("revised")["fit"]
     for name in dict.fromkeys((revised, "muscle")):
-        posterior = Posterior.load(plan.posterior(name))
         try:
-            draws = joint_draws(
-                posterior, tubes.draws, count, design=design, fixture=bearing, seed=seed
-            )
+            population = fit_population({name: Posterior.load(plan.posterior(name))}, seed=seed)
+            draws = joint_draws(population, tubes.draws, count, design=design, seed=seed)
         except MuscleBayesError as error:
             notes.append(f"the {name} model is not used: {str(error).partition(' Fix:')[0]}")
             continue
-        return draws, [*notes, f"muscle: the {name} model"]
+        told = f"muscle: the {name} model; the spread between muscles is assumed, not measured"
+        return draws, [*notes, told]
     raise MuscleBayesError("; ".join(notes))

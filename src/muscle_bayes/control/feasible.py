@@ -1,0 +1,147 @@
+"""What the best input could do: duties optimised directly, knowing the joint and the future."""
+
+from collections.abc import Callable, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.optimize import least_squares
+
+from muscle_bayes.control.closed_loop import Trace, resting_plant, start_of
+from muscle_bayes.control.draws import JointDraws
+from muscle_bayes.control.heater import HeaterState
+from muscle_bayes.control.joint import Joint
+from muscle_bayes.control.law import FULL_DUTY
+from muscle_bayes.control.metrics import Metrics, metrics
+from muscle_bayes.control.rotor import Motion
+from muscle_bayes.control.scenario import Course, Scenario, course_of
+from muscle_bayes.control.specification import HOTTEST
+from muscle_bayes.inference.running.blas import one_blas_thread
+from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.physics.plant import Drive
+
+FEEDBACK = 2e4
+"""Gain of the ideal feedback whose duties the optimisation starts from [duty / rad]."""
+UNHURRIED = 15.0
+"""Time after a jump from which errors count wholly [s]."""
+PER_KNOT = 4
+"""Instants from knot to knot of the duties."""
+
+
+@one_blas_thread
+@double_precision
+def feasible(
+    draws: JointDraws,
+    scenarios: Sequence[Scenario],
+    period: float = 0.03,
+    *,
+    knots: int = 60,
+    rounds: int = 20,
+    report: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> dict[str, Metrics]:
+    """Metrics of the best duties between 0 and 255 that keep 100 C, on the median joint.
+
+    The rotor has neither inertia nor friction here, so what no input reaches is out of any law's reach.
+    Least squares of the error over time, by Gauss-Newton steps within bounds (a local optimum), from
+    the duties of an ideal feedback of the true error. Fast scenarios are cut to what so many knots resolve.
+    """
+    joint = draws.median().one()
+    found = {}
+    for number, scenario in enumerate(scenarios):
+        course, step = _thinned(scenario.course, period, knots)
+        found[scenario.name] = _best(joint, course, step, rounds)
+        report("feasible", number + 1, len(scenarios))
+    return found
+
+
+def _thinned(course: Course, period: float, knots: int) -> tuple[Course, float]:
+    """The course at PER_KNOT instants a knot, and the time between them [s]."""
+    swings = np.flatnonzero(np.diff(np.sign(course.setpoint)) != 0)
+    longest = course.setpoint.size * period
+    if swings.size > 2:  # five knots from one crossing to the next
+        longest = min(longest, float(np.median(np.diff(swings))) * period * knots / 5.0, 120.0)
+    step = longest / (knots * PER_KNOT)
+    at = (np.arange(knots * PER_KNOT) * step / period).astype(int)
+    thin = course_of(
+        course.setpoint[at],
+        course.load[at],
+        trained=bool(course.trained),
+        judged_from=int(course.judged_from * period / step),
+    )
+    # Rounding of instants makes a smooth setpoint stand still now and then: jumps are the course's.
+    size = at.size
+    kept = {k: getattr(course, k)[at] for k in ("turned", "loaded", "late", "towards", "late_of")}
+    since = (course.since[at] * period / step).astype(int)
+    assert size == thin.setpoint.size
+    return thin._replace(since=since, **kept), step
+
+
+def _response(
+    joint: Joint, course: Course, start: Motion, step: Array, knots: Array, feedback: float = 0.0
+) -> Trace:
+    """Angle and temperatures while duties change from knot to knot; `feedback` [duty / rad] adds to
+    them what the true error asks for, at once."""
+    plant, heat_step, room = resting_plant(joint), joint.heater.step(step), joint.heater.room
+    duties = jnp.repeat(knots, PER_KNOT, axis=0)
+    still, sides = jnp.zeros(()), jnp.array([-1.0, 1.0])
+
+    def instant(state: tuple, now: tuple) -> tuple[tuple, Trace]:
+        q, hyst, heat = state
+        duty, load, setpoint = now
+        drive = Drive(room + heat.excess, load, still)
+        # One Newton step to the balanced angle, which moves little from one instant to the next.
+        force, slope = jax.jvp(lambda x: plant.force(x, still, hyst, drive), (q,), (1.0 + still,))
+        q = jnp.clip(q - force / jnp.minimum(slope, -1e-6), *plant.stops)
+        duty = jnp.clip(duty + feedback * (setpoint - q) * sides, 0.0, FULL_DUTY)
+        seen = Trace(q, room + heat.excess, duty, hyst)
+        hyst = hyst + step * plant.hyst_rate(q, still, hyst, drive)
+        return (q, hyst, heat_step(heat, duty)), seen
+
+    first = (start.q, start.hyst, HeaterState(jnp.zeros(2), jnp.zeros(2)))
+    return jax.lax.scan(instant, first, (duties, course.load, course.setpoint))[1]
+
+
+@jax.jit
+def _residuals(
+    flat: Array, joint: Joint, course: Course, start: Motion, step: Array
+) -> Float[Array, " residual"]:
+    trace = _response(joint, course, start, step, flat.reshape(-1, 2))
+    size = jnp.sqrt(jnp.mean(course.setpoint**2))
+    judged = jnp.arange(trace.angle.size) >= course.judged_from
+    # Right after a jump errors count little: else it would pay to leave for the next jump before it comes.
+    fresh = jnp.clip((course.since * step / UNHURRIED) ** 3, 1e-3, 1.0)
+    judged = judged * jnp.where(course.turned | course.loaded, fresh, 1.0)
+    hot = jnp.maximum(trace.temperature - (HOTTEST - 1.0), 0.0).reshape(-1)
+    return jnp.concatenate([judged * (course.setpoint - trace.angle) / size, 0.1 * hot])
+
+
+_slopes = jax.jit(jax.jacfwd(_residuals))
+
+
+def _best(joint: Joint, course: Course, step: float, rounds: int) -> Metrics:
+    """Metrics under the duties that follow the course best."""
+    start = eqx.filter_jit(start_of)(
+        joint, jnp.asarray(course.load[0]), jnp.asarray(course.trained)
+    )
+    rest = (joint, course, start, jnp.asarray(step))
+    none = jnp.zeros((course.setpoint.size // PER_KNOT, 2))
+    follows = eqx.filter_jit(_response)(*rest, none, FEEDBACK).duty
+    each = np.asarray(follows).reshape(-1, PER_KNOT, 2).mean(1)
+
+    def residuals(flat: np.ndarray) -> np.ndarray:
+        return np.asarray(_residuals(jnp.asarray(flat), *rest))
+
+    def slopes(flat: np.ndarray) -> np.ndarray:
+        return np.asarray(_slopes(jnp.asarray(flat), *rest))
+
+    best = least_squares(
+        residuals,
+        np.clip(each.reshape(-1), 3.0, FULL_DUTY - 3.0),
+        slopes,
+        bounds=(0.0, FULL_DUTY),
+        max_nfev=rounds,
+    )
+    trace = eqx.filter_jit(_response)(*rest, jnp.asarray(best.x).reshape(-1, 2))
+    return jax.tree.map(float, eqx.filter_jit(metrics)(course, trace, step))

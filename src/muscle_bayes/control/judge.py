@@ -1,0 +1,240 @@
+"""Laws side by side on joints that were not tuned on: metrics, probabilities and a recommendation."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Bool, Float
+
+from muscle_bayes.control.batch import Bank, Outcome, run
+from muscle_bayes.control.gains import Gains, fits_the_board, law_of
+from muscle_bayes.control.scenario import Scenario
+from muscle_bayes.control.specification import Specification, cvar
+
+UNITS: Final = {
+    "rise_time": "s",
+    "settling_time": "s",
+    "overshoot": "rad",
+    "steady_error": "rad",
+    "recovery_time": "s",
+    "tracking": "1",
+    "peak_temperature": "C",
+    "energy": "s at full power",
+}
+RESAMPLES: Final = 400
+"""Of the draws, for the Monte Carlo error of a difference."""
+TIED: Final = 2.0
+"""Standard errors within which two numbers are tied."""
+
+Report = Callable[[str, int, int], None]
+
+
+def standard_error(share: float, count: int) -> float:
+    """Monte Carlo error of a probability, by Agresti and Coull's estimate: not 0 at 0 and 1."""
+    near = (share * count + 2.0) / (count + 4.0)
+    return float(np.sqrt(near * (1.0 - near) / (count + 4.0)))
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What gains of several laws do over the same draws, with the same noise."""
+
+    gains: Mapping[str, Gains]
+    scenarios: tuple[Scenario, ...]
+    specs: Mapping[str, Specification]
+    outcomes: Mapping[str, Mapping[str, Outcome]]
+    """By law and scenario."""
+    draws: int
+    notes: tuple[str, ...] = ()
+    """What was assumed."""
+
+    def meets(self, law: str, scenario: str | None = None) -> Bool[np.ndarray, " draw"]:
+        """Whether each draw keeps the limits of a scenario, or of all."""
+        chosen = [one.name for one in self.scenarios] if scenario is None else [scenario]
+        rows = [self.specs[name].met(self.outcomes[law][name].metrics) for name in chosen]
+        return np.all(rows, axis=0)
+
+    def probability(self, law: str, scenario: str | None = None) -> tuple[float, float]:
+        """Probability of keeping the limits of a scenario, or of all, and its Monte Carlo error."""
+        share = float(self.meets(law, scenario).mean())
+        return share, standard_error(share, self.draws)
+
+    def excess(self, law: str, scenario: str) -> Float[np.ndarray, " draw"]:
+        """By how much each draw misses the scenario's worst limit, relative to it."""
+        return np.maximum(self.specs[scenario].worst(self.outcomes[law][scenario].metrics), 0.0)
+
+    def difference(self, law: str, other: str, scenario: str, seed: int = 0) -> tuple[float, float]:
+        """CVaR of a law's excess less that of another, and its Monte Carlo error (paired bootstrap)."""
+        first, second = self.excess(law, scenario), self.excess(other, scenario)
+        rows = np.random.default_rng(seed).integers(self.draws, size=(RESAMPLES, self.draws))
+        apart = [cvar(first[row]) - cvar(second[row]) for row in rows]
+        return cvar(first) - cvar(second), float(np.std(apart))
+
+    def compared(self, law: str, other: str) -> dict[str, str]:
+        """Of every scenario whether the law's CVaR is `lower`, `tied` or `higher`."""
+        found = {}
+        for one in self.scenarios:
+            apart, error = self.difference(law, other, one.name)
+            tied = abs(apart) <= TIED * error or apart == 0.0
+            found[one.name] = "tied" if tied else "lower" if apart < 0.0 else "higher"
+        return found
+
+    def runaways(self, law: str) -> int:
+        """Runaways of all draws and scenarios."""
+        return int(sum(one.metrics.runaway.sum() for one in self.outcomes[law].values()))
+
+    @property
+    def recommended(self) -> str:
+        """The law with the highest probability of meeting all, plus the mean of that of each scenario."""
+
+        def score(law: str) -> float:
+            each = [self.probability(law, one.name)[0] for one in self.scenarios]
+            return self.probability(law)[0] + float(np.mean(each))
+
+        return max(self.gains, key=score)
+
+    def sentence(self) -> str:
+        """The recommendation, and where it loses."""
+        law = self.recommended
+        share, error = self.probability(law)
+        lost = []
+        for other in self.gains:
+            if other == law:
+                continue
+            higher = [k for k, v in self.compared(law, other).items() if v == "higher"]
+            if higher:
+                lost.append(f"to {other} in {', '.join(higher)}")
+        worse = f"It loses {'; '.join(lost)}." if lost else "No other law beats it in any scenario."
+        each = ", ".join(
+            f"{one.name} {self.probability(law, one.name)[0]:.0%}" for one in self.scenarios
+        )
+        return (
+            f"Use {law} ({self.gains[law].sentence()}): of new joints {share:.0%} (+-{error:.1%}) meet "
+            f"every specification; by scenario {each}. {worse}"
+        )
+
+    def metrics(self, law: str, scenario: str) -> dict[str, dict[str, Any]]:
+        """Of every metric that the scenario has: median, 90 % interval, and share that reaches it."""
+        rows = {}
+        for name, value in self.outcomes[law][scenario].metrics._asdict().items():
+            if name not in UNITS or np.isnan(value).all():
+                continue
+            low, middle, high = np.quantile(value, (0.05, 0.5, 0.95), method="nearest")
+            row = {"median": middle, "q05": low, "q95": high, "share": np.isfinite(value).mean()}
+            rows[name] = {key: float(one) for key, one in row.items()} | {"unit": UNITS[name]}
+        return rows
+
+    def table(self) -> pd.DataFrame:
+        """One row a law, scenario and metric."""
+        rows = [
+            {"law": law, "scenario": one.name, "metric": metric, **values}
+            for law in self.gains
+            for one in self.scenarios
+            for metric, values in self.metrics(law, one.name).items()
+        ]
+        return pd.DataFrame(rows).set_index(["law", "scenario", "metric"])
+
+    def probabilities(self) -> pd.DataFrame:
+        """Probability of keeping each scenario's limits, and of keeping all: a column a law."""
+        names = [one.name for one in self.scenarios]
+        columns = {
+            law: [*(self.probability(law, name)[0] for name in names), self.probability(law)[0]]
+            for law in self.gains
+        }
+        return pd.DataFrame(columns, index=[*names, "all"])
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON; infinite times become null."""
+        laws = {
+            law: {
+                "gains": gains.model_dump(exclude_none=True),
+                "probability": self.probability(law)[0],
+                "error": self.probability(law)[1],
+                "runaways": self.runaways(law),
+                "scenarios": {
+                    one.name: {
+                        "probability": self.probability(law, one.name)[0],
+                        "cvar": cvar(self.excess(law, one.name)),
+                        "metrics": self.metrics(law, one.name),
+                    }
+                    for one in self.scenarios
+                },
+            }
+            for law, gains in self.gains.items()
+        }
+        specs = {
+            name: {
+                "limits": dict(s.limits),
+                "feasible": dict(s.feasible),
+                "infeasible": s.infeasible,
+            }
+            for name, s in self.specs.items()
+        }
+        told = {"recommended": self.recommended, "sentence": self.sentence(), "draws": self.draws}
+        return _finite({**told, "notes": list(self.notes), "specifications": specs, "laws": laws})
+
+    def _repr_html_(self) -> str:
+        notes = "".join(f"<br>{escape(note)}" for note in self.notes)
+        table = self.probabilities().round(3)._repr_html_()  # type: ignore[operator]
+        return f"<p><b>Laws on {self.draws} new joints</b>: {escape(self.sentence())}{notes}</p>{table}"
+
+
+def _finite(value: Any) -> Any:
+    """The value with what JSON has no number for as None."""
+    if isinstance(value, dict):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def judge(
+    bank: Bank,
+    gains: Mapping[str, Gains],
+    scenarios: Sequence[Scenario],
+    specs: Mapping[str, Specification],
+    *,
+    notes: Sequence[str] = (),
+    report: Report = lambda stage, done, total: None,
+) -> Judgement:
+    """Every law on every draw of the bank in every scenario."""
+    outcomes: dict[str, dict[str, Outcome]] = {}
+    total = len(gains) * len(scenarios)
+    for law, one in gains.items():
+        outcomes[law] = {}
+        for scenario in scenarios:
+            outcomes[law][scenario.name] = run(bank, law_of(one, bank.draws.design), scenario)
+            done = sum(map(len, outcomes.values()))
+            report("judging", done, total)
+    return Judgement(dict(gains), tuple(scenarios), specs, outcomes, len(bank), tuple(notes))
+
+
+class TradeOff(NamedTuple):
+    """What becomes of speed and heat as all gains of a law are multiplied alike."""
+
+    factor: Float[np.ndarray, " gain"]
+    speed: Float[np.ndarray, "gain 3"]
+    """5, 50 and 95 % quantile of the step's settling time [s]."""
+    hot: Float[np.ndarray, " gain"]
+    """Probability that a muscle exceeds the limit in any scenario."""
+
+
+def trade_off(
+    bank: Bank, gains: Gains, scenarios: Sequence[Scenario], limit: float, factors: Sequence[float]
+) -> TradeOff:
+    """Speed in the first scenario, and probability of more than `limit` [C] in any, against gains."""
+    scaled = {
+        f: gains.model_copy(
+            update={key: f * getattr(gains, key) for key in ("proportional", "integral")}
+        )
+        for f in factors
+    }
+    several = {f: one for f, one in scaled.items() if fits_the_board(one, bank.draws.design)}
+    law = law_of(list(several.values()), bank.draws.design)
+    found = [run(bank, law, one).metrics for one in scenarios]
+    hot = np.any([one.peak_temperature > limit for one in found], axis=0).mean(1)
+    speed = np.quantile(found[0].settling_time, (0.05, 0.5, 0.95), axis=1, method="nearest").T
+    return TradeOff(np.array(list(several)), speed, hot)

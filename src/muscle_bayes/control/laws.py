@@ -1,0 +1,80 @@
+"""The laws that are compared: what is fixed in each, and the box in which its gains are looked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from muscle_bayes.control.draws import JointDraws
+from muscle_bayes.control.feedforward import static_inverse
+from muscle_bayes.control.gains import Gains, Inner, LawName
+from muscle_bayes.control.law import FULL_DUTY
+
+GOVERNOR: Final = (87.0, 97.0)
+"""Temperatures between which duties fade to nothing [C]."""
+TUNED: Final[tuple[LawName, ...]] = ("pi", "two-degrees", "feedforward", "cascade")
+"""Laws that can be tuned."""
+
+_DUTY: Final = {
+    "proportional": (100.0, 15000.0),
+    "integral": (2.0, 2000.0),
+    "bias": (0.0, 40.0),
+    "windup_time": (0.5, 30.0),
+}
+_FILTER: Final = {"filter_time": (0.3, 20.0)}
+_KELVIN: Final = {
+    "proportional": (20.0, 2000.0),
+    "integral": (0.5, 250.0),
+    "bias": (0.0, 20.0),
+    "windup_time": (0.5, 30.0),
+    "filter_time": (0.3, 20.0),
+}
+BOXES: Final = {
+    "pi": _DUTY,
+    "two-degrees": _DUTY | _FILTER,
+    "feedforward": _DUTY | _FILTER,
+    "cascade": _KELVIN,
+}
+"""Lowest and highest of what is tuned, in the units of `Gains`."""
+EDGE: Final = 0.01
+"""Share of a box within which a gain is at its edge."""
+
+
+@dataclass(frozen=True)
+class Template:
+    """A law with its box; a place in the unit cube stands for gains."""
+
+    gains: Gains
+    box: dict[str, tuple[float, float]]
+
+    def at(self, place: Sequence[float] | np.ndarray) -> Gains:
+        """Gains at a place: logarithmic, but for the bias."""
+        values = {}
+        for x, (name, (low, high)) in zip(place[: len(self.box)], self.box.items(), strict=True):
+            straight = low <= 0.0
+            values[name] = low + x * (high - low) if straight else low * (high / low) ** x
+        return self.gains.model_copy(update={key: float(value) for key, value in values.items()})
+
+    def edges(self, place: np.ndarray) -> list[str]:
+        """Gains that lie at an edge of the box; a bias of nothing is none."""
+        found = []
+        for x, (name, (low, _)) in zip(place, self.box.items(), strict=True):
+            lowest = x < EDGE and low > 0.0
+            if lowest or x > 1.0 - EDGE:
+                found.append(name)
+        return found
+
+
+def template(law: LawName, draws: JointDraws, period_ms: int = 30) -> Template:
+    """The law for joints such as these: tables and the inner loop are made for their median."""
+    common = {"period_ms": period_ms, "proportional": 1.0, "integral": 1.0, "governor": GOVERNOR}
+    if law == "cascade":
+        tube = draws.median().values
+        gain, cooling = (float(tube[f"heater.{key}"][0, 0]) for key in ("gain", "cooling"))
+        hold = FULL_DUTY * cooling / gain
+        inner = Inner(hold=hold, heat=15.0, room=draws.design.fixture.room_temperature)
+        table = static_inverse(draws, temperatures=True)
+        return Template(Gains(law=law, inner=inner, feedforward=table, **common), BOXES[law])
+    known = static_inverse(draws) if law == "feedforward" else None
+    return Template(Gains(law=law, feedforward=known, **common), BOXES[law])
