@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from muscle_bayes.conventions import GRAVITY
@@ -148,15 +149,26 @@ def _largest(forces: list[float]) -> float:
 
 def _element_force(run: Run, plant: Plant) -> float:
     """Largest force of the run's stated springs over its readings; 0 without any."""
-    q = jnp.linspace(float(run.coordinate.min()), float(run.coordinate.max()), 16)
+    pulling = [side for side in _sides(plant) if not isinstance(side, Muscle | NoElement)]
+    if not pulling:
+        return 0.0
+    course = _course(run)
+    q = jnp.linspace(float(course.min()), float(course.max()), 16)
     none = jnp.zeros(())
 
     def of(side: Element) -> float:
         at = jax.vmap(lambda x: side.force(Instant(x, none, none, none, none, {}), ()))
         return float(jnp.abs(at(q)).max())
 
-    pulling = [side for side in _sides(plant) if not isinstance(side, Muscle | NoElement)]
     return _largest([of(side) for side in pulling])
+
+
+def _course(run: Run) -> np.ndarray:
+    """The coordinate of every row [rad or m]; where a velocity is measured, about its own middle."""
+    if run.measured != "velocity":
+        return run.coordinate
+    moved = np.cumsum(run.output * np.gradient(run.table["time"].to_numpy()))
+    return moved - 0.5 * (moved.min() + moved.max())
 
 
 def tension_lever(run: Run) -> float:
@@ -170,5 +182,5 @@ def first_strain(run: Run) -> float:
     """Strain of the run's muscle at its first reading; side A's where both sides have one."""
     plant = rig(run.metadata)
     muscle = plant.side_a if isinstance(plant.side_a, Muscle) else plant.side_b
-    q = jnp.asarray(float(run.sensor.coordinate(run.table["reading"].iloc[0])))
+    q = jnp.asarray(float(run.coordinate[0]))
     return float(muscle.strain(q))

@@ -1,0 +1,76 @@
+"""Other people's rigs, by independent code: the truth explains each log, and a fit covers the truth."""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from numpyro import distributions as dist
+
+import muscle_bayes as mb
+from muscle_bayes.data import Run
+from muscle_bayes.data.reader import run_from_bytes
+from muscle_bayes.inference.model.lane_model import predictions, zeros_of
+from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.posteriors.summary import summarise
+from muscle_bayes.twin.elsewhere import EXAMPLES, Example, example
+
+HELD = ("isometric-muscle", "heater-power")
+"""Their fits take minutes."""
+
+
+def read(one: Example) -> Run:
+    log, about = one.log().encode(), one.metadata.encode()
+    return run_from_bytes(log, about, Path(f"{one.name}.csv"), Path(f"{one.name}.toml"))
+
+
+def misfits(problem: Problem, values: dict) -> list[float]:
+    """RMS of reading minus prediction of each run, in standard deviations of one mean reading."""
+    with jax.enable_x64(True):
+        layout, data = problem.layout, problem.data
+        found = []
+        groups = zip(predictions(values, layout, data), data.lanes, layout.regimes, strict=True)
+        for one, lanes, regime in groups:
+            zero = zeros_of(values, lanes, regime, False)[:, None]
+            away = np.asarray(lanes.reading - zero - one.reading)
+            seen = np.asarray(lanes.weight) > 0
+            level = np.asarray(problem.sites[f"{regime}.noise"].prior.loc)
+            found.append(float(np.sqrt(np.mean(away[seen] ** 2)) / np.exp(level)))
+        return found
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_truth_is_among_what_is_estimated(name: str) -> None:
+    one = example(name)
+    sites = pose([read(one)]).sites
+    table_2 = {"A", "B", "C", "K_hyst", "K_modulus", "H", "T_hyst_offset"}
+    assert set(one.truth) - table_2 <= set(sites)
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_the_truth_explains_a_held_muscle(name: str) -> None:
+    one = example(name)
+    inner = {name: value for name, value in one.truth.items() if "." not in name}
+    # Priors by these names, so that the parameters of Table 2 are sampled; their width does not matter.
+    fixed = {key: dist.Normal(value, abs(value)) for key, value in inner.items()}
+    problem = pose([read(one)], priors=fixed)
+    values = {
+        name: np.asarray(one.truth.get(name, 0.0)) * np.ones(site.prior.shape())
+        for name, site in problem.sites.items()
+    }
+    # HYST's spring at a strain of 0.02 (eq. 13).
+    first = one.truth["K_hyst"] * 0.1 * (0.02 - 1e-3) + one.truth["F_hyst_min"]
+    values["imposed.hyst_force"] = np.full(1, first)
+    assert max(misfits(problem, values)) < 2.0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("name", [name for name in EXAMPLES if name not in HELD])
+def test_a_short_fit_covers_the_truth(name: str) -> None:
+    one = example(name)
+    found = summarise(mb.fit([read(one)], effects=one.effects, effort="quick", progress=False))
+    assert found["explained"], found["unexplained"]
+    for key, true in one.truth.items():
+        row = found["parameters"][key]
+        assert abs(row["mean"] - true) < 3.5 * row["sd"], key
