@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc rigs effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -81,6 +81,9 @@ stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: 
 
 protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
+
+rigs: $(READY) ## fit twelve kinds of simulated rig and write docs/rigs.md (half an hour)
+	@$(BIN)/python scripts/rig_examples.py
 
 effect-table: $(READY) ## write docs/effects.md anew, from the catalogue
 	@$(BIN)/python scripts/write_effect_table.py

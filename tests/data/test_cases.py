@@ -162,6 +162,7 @@ def test_a_spring_that_nobody_described_is_to_be_estimated(cases, tmp_path):
     spring = read_run(log).metadata.element_a
     assert (spring.rate, spring.free_length, spring.tension_at_zero) == (None, None, None)
     assert set(read_run(log).table["load"]) == {0.791}
+    assert read_run(log).metadata.fixture.inertia == 0.0
 
 
 def test_init_takes_the_torque_of_the_driven_pendulum(cases, tmp_path):

@@ -155,7 +155,7 @@ def element_entries(answer: str, unit: Unit) -> list[Entry]:
             Entry("hanging_angle", 0.0, "rad, where it hangs at rest"),
         ]
     if kind == "spring" and not sizes:
-        why = "state rate, and free_length or tension_at_zero; damping if any"
+        why = "rate, tension_at_zero and damping are estimated unless they are stated"
         return [
             Entry("kind", "spring", why),
             Entry("linkage", "straight" if linear else "torsion"),

@@ -60,6 +60,9 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
     linear = unit.kind in ("length", "velocity")
     draft.fixture = [Entry("motion", "linear" if linear else "rotary")]
     draft.element = element_entries(answers.element or "none", unit)
+    if linear and answers.load and (answers.element or "").split()[:1] == ["spring"]:
+        why = "kg beside the load: nothing else moves; without this line it is estimated"
+        draft.fixture.append(Entry("inertia", 0.0, why))
     if answers.load and not any(entry.key == "load" for entry in draft.columns):
         draft.load = [Entry("time", (0.0,), "s"), Entry("mass", (answers.load,), "kg")]
     accepted = _accepted(time, position, unit, answers)

@@ -240,7 +240,7 @@ def _held(heat: Sequence[float], length: float) -> tuple[np.ndarray, dict[str, f
 def isometric_muscle(seed: int = 0) -> Example:
     time, length = np.arange(0, 120, 0.1), 1.2 * BASE
     heat = 25.0 + (WARMEST - 25.0) * 0.5 * (1.0 - np.cos(2 * np.pi * time / 60.0))
-    tension, truth = _held(heat, length)
+    tension, truth = _held(list(heat), length)
     return Example(
         "isometric-muscle",
         "A muscle is held at a fixed length and heated; a load cell shows its tension.",
