@@ -8,7 +8,12 @@ PROJECT = Path(__file__).parents[2]
 README = PROJECT / "README.md"
 DOCS = PROJECT / "docs"
 GUIDES = sorted((DOCS / "guides").glob("*.md"))
-PAGES = [README, *sorted(DOCS.glob("*.md")), *GUIDES, *sorted((PROJECT / "notebooks").glob("*.py"))]
+PAGES = [
+    README,
+    *(one for one in sorted(DOCS.glob("*.md")) if one.stem != "commands"),
+    *GUIDES,
+    *sorted((PROJECT / "notebooks").glob("*.py")),
+]
 
 
 def blocks(path: Path, language: str) -> list[str]:

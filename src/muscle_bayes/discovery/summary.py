@@ -23,8 +23,8 @@ WINDOWS = 5
 def verdict_text(found: Discovery) -> str:
     """The verdict as a sentence."""
     if found.not_searched and not found.steps:
-        left = "a misfit is left" if found.located.significant else "nothing was found so far"
-        return f"The search did not end: {left}."
+        state = "a misfit is left" if found.located.significant else "nothing was found so far"
+        return f"The search did not end: {state}."
     if found.verdict == NONE:
         left = found.final.misfit
         if not left.significant:

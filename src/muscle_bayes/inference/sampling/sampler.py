@@ -315,7 +315,8 @@ def _joined(chunks: list[list[_Rows]]) -> _Rows:
 def _draws(chunks: list[list[_Rows]], problem: Problem, smooth: SmoothBlock) -> Draws:
     values, statistics = _joined(chunks)
     sites = blocks_of(list(values)).smooth
-    free = smooth.unconstrained({name: values[name] for name in sites}, statistics)
+    held = {name: np.asarray(values[name]) for name in sites}
+    free = smooth.unconstrained(held, statistics)
     columns = []
     for name, _ in problem.layout.shapes:
         # The others are positive.
