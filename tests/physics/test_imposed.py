@@ -14,13 +14,19 @@ from muscle_bayes.physics.springs import tensile_spring
 BASE = 0.1
 
 
+def imposed(time: np.ndarray, q: np.ndarray) -> jnp.ndarray:
+    """Mean coordinate and speed of straight lines between nodes."""
+    middles = 0.5 * (q[1:] + q[:-1])
+    return jnp.stack([jnp.asarray(middles), jnp.asarray(np.diff(q) / np.diff(time))], 1)
+
+
 def test_a_muscle_that_is_held_relaxes_as_its_equations_say() -> None:
     """Held at 20 % strain, heated by 40 K: eq. 15 by scipy's LSODA."""
     time = np.arange(0.0, 200.5, 0.5)
     heat = lambda t: 25.0 + 40.0 * np.clip(t / 50.0, 0.0, 1.0)  # noqa: E731
     held = 0.02 * np.ones(time.size)
     rig = plant(muscle(Straight(BASE, 1.0)), lever=1.0)
-    found = imposed_response(rig, schedule(time, heat), jnp.asarray(held), jnp.full(2, 0.01))
+    found = imposed_response(rig, schedule(time, heat), imposed(time, held), jnp.full(2, 0.01))
     p = TABLE_2
 
     def tension(t: float, hyst: float) -> float:
@@ -43,7 +49,7 @@ def test_a_spring_with_a_damper_that_is_pulled_to_and_fro() -> None:
     time = np.arange(0.0, 5.0, 0.01)
     x = 0.01 * np.sin(3.0 * time)
     spring = Spring(Straight(BASE, 1.0), 300.0, tension_at_zero=2.0, damping=5.0)
-    found = imposed_response(plant(spring), schedule(time), jnp.asarray(x), jnp.zeros(2))
+    found = imposed_response(plant(spring), schedule(time), imposed(time, x), jnp.zeros(2))
     middles = 0.5 * (time[1:] + time[:-1])
     wanted = 2.0 + 300.0 * 0.01 * np.sin(3.0 * middles) + 5.0 * 0.03 * np.cos(3.0 * middles)
     np.testing.assert_allclose(found.averaged, wanted, rtol=1e-3, atol=1e-3)
@@ -52,16 +58,18 @@ def test_a_spring_with_a_damper_that_is_pulled_to_and_fro() -> None:
 def test_elements_without_a_length_show_their_torque() -> None:
     time, q = np.arange(0.0, 1.0, 0.1), np.linspace(0.0, 0.9, 10)
     middles = 0.5 * (q[1:] + q[:-1])
-    arm = imposed_response(plant(Arm(0.3, 0.0, 0.1)), schedule(time), jnp.asarray(q), jnp.zeros(2))
+    arm = imposed_response(
+        plant(Arm(0.3, 0.0, 0.1)), schedule(time), imposed(time, q), jnp.zeros(2)
+    )
     np.testing.assert_allclose(arm.averaged, 0.3 * np.sin(middles - 0.1), rtol=1e-12)
     spring = plant(TorsionSpring(0.5, 0.02, 0.0))
-    found = imposed_response(spring, schedule(time), jnp.asarray(q), jnp.zeros(2))
+    found = imposed_response(spring, schedule(time), imposed(time, q), jnp.zeros(2))
     np.testing.assert_allclose(found.averaged, 0.02 + 0.5 * middles, rtol=1e-12)
 
 
 def test_filters_of_the_temperature_act() -> None:
     time = np.arange(0.0, 60.0, 0.5)
-    held, heated = 0.02 * jnp.ones(time.size), schedule(time, lambda t: 25.0 + t)
+    held, heated = imposed(time, 0.02 * np.ones(time.size)), schedule(time, lambda t: 25.0 + t)
     rig = plant(muscle(Straight(BASE, 1.0)), lever=1.0)
     at_once = imposed_response(rig, heated, held, jnp.full(2, 0.01)).averaged
     late = imposed_response(rig + ThermalLag(10.0), heated, held, jnp.full(2, 0.01)).averaged

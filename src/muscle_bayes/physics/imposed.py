@@ -26,15 +26,15 @@ HYST = "hyst"
 def imposed_response(
     plant: Plant,
     schedule: Schedule,
-    q: Float[Array, " node"],
+    imposed: Float[Array, "interval 2"],
     hyst: Float[Array, "2"],
 ) -> Response:
-    """Tension of side A's element in the middle of each interval, the coordinate straight between nodes.
+    """Mean tension of side A's element in each interval, from the mean coordinate and speed there.
 
     Args:
         plant: only its elements and their effects count.
         schedule: temperatures [C] at the nodes.
-        q: coordinate at the nodes [rad or m].
+        imposed: mean coordinate [rad or m] and speed in each interval.
         hyst: sigma_hyst of both sides at the first node.
 
     Returns:
@@ -44,10 +44,9 @@ def imposed_response(
     schedule = filtered(schedule, plant.temperature_filters)
     effects, sides = plant.instant_effects, (plant.side_a, plant.side_b)
     relaxing = tuple(place for place, side in enumerate(sides) if side.relaxes)
+    q, speed = imposed.T
     state = initial_state(plant, schedule, q[0], 0.0, hyst)
     duration = jnp.diff(schedule.time)
-    lasts = duration > 0.0
-    speed = jnp.where(lasts, jnp.diff(q) / jnp.where(lasts, duration, 1.0), 0.0)
     heat = schedule.temperature
     drives = Drive(0.5 * (heat[1:] + heat[:-1]), schedule.load, schedule.applied)
     first: Memory = paired({HYST: state.hyst, **(state.memory or {})})
@@ -68,7 +67,6 @@ def imposed_response(
         instant = held.instants(middle, speed, half[HYST], drive)[0]
         return there, (plant.side_a.tension(instant, effects), jnp.stack(there[HYST]))
 
-    middles = 0.5 * (q[1:] + q[:-1])
-    _, (tension, after) = jax.lax.scan(step, first, (middles, speed, duration, drives))
+    _, (tension, after) = jax.lax.scan(step, first, (q, speed, duration, drives))
     finite = jnp.isfinite(tension).all() & jnp.isfinite(after).all()
     return Response(tension, tension, after, speed, finite)

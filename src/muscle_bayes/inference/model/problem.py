@@ -83,8 +83,8 @@ class Lanes(NamedTuple):
     """How temperature slows down towards a turn [C/s^2]: between nodes it is no straight line."""
     fine: FineGrid | None = None
     """Steps that follow the rotor's swings, of slow runs that need inertia; else None."""
-    imposed: Float[Array, "lane node"] | None = None
-    """Coordinate that is imposed at the nodes [rad or m]; None where the plant moves by itself."""
+    imposed: Float[Array, "lane interval 2"] | None = None
+    """Mean coordinate [rad or m] and speed that are imposed; None where the plant moves by itself."""
     again: Float[Array, "lane interval"] | None = None
     """Readings of a second record from the same start; None if there is only one."""
 

@@ -113,6 +113,7 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
         heat_variance=lanes.heat_variance[:, between],
         thermal=lanes.thermal[:, between],
         swing=lanes.swing[:, between],
+        imposed=None if lanes.imposed is None else lanes.imposed[:, between],
     )
 
 

@@ -69,8 +69,8 @@ class Record(NamedTuple):
     """How heating or cooling of both sides slows down towards a turn [C/s^2]; 0 of fast runs."""
     heat_variance: Float[Array, "interval 2"]
     """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
-    imposed: Float[Array, " node"] | None = None
-    """Coordinate that is imposed at the nodes [rad or m]; None where the plant moves by itself."""
+    imposed: Float[Array, "interval 2"] | None = None
+    """Mean coordinate [rad or m] and speed that are imposed; None where the plant moves by itself."""
 
 
 def _means(values: np.ndarray, owner: np.ndarray, size: int) -> np.ndarray:
@@ -277,19 +277,27 @@ IMPOSED_INTERVALS = 700
 
 
 def imposed_record(run: Run) -> Record:
-    """Even intervals over which the readings of force are averaged; the coordinate is as logged."""
+    """Rows, or as many of them as make IMPOSED_INTERVALS bins, averaged: forces and coordinates alike.
+
+    A mean force is that of the mean coordinate and speed, to first order, however quickly they change.
+    """
     time = run.table["time"].to_numpy()
-    size = int(min(time.size - 1, IMPOSED_INTERVALS))
-    nodes = np.linspace(time[0], time[-1], size + 1)
-    owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
+    per_bin = -(-time.size // IMPOSED_INTERVALS)
+    owner = np.arange(time.size) // per_bin
+    size = int(owner[-1]) + 1
     mean_time, mean, weight, coarse = _observations(run, owner, size)
-    middles = 0.5 * (nodes[1:] + nodes[:-1])
-    mean = _centred(mean_time, mean, weight, coarse, middles)
+    edge = np.flatnonzero(np.diff(owner))
+    step = 0.5 * np.diff(time)
+    nodes = np.r_[time[0] - step[0], 0.5 * (time[edge] + time[edge + 1]), time[-1] + step[-1]]
+    q = run.coordinate
+    slopes = np.gradient(q, time)
+    ends = np.interp(nodes, time, q)
+    ends[0], ends[-1] = q[0] - step[0] * slopes[0], q[-1] + step[-1] * slopes[-1]
     heat = np.stack([_heat_at(run, side, nodes) for side in "ab"], 1)
     nothing = np.zeros(size)
     return Record(
         Schedule(nodes, heat, nothing, nothing),
-        middles,
+        mean_time,
         mean,
         weight,
         coarse,
@@ -298,7 +306,7 @@ def imposed_record(run: Run) -> Record:
         0.0,
         np.zeros((nodes.size, 2)),
         _heat_variance(run, nodes),
-        np.interp(nodes, time, run.coordinate),
+        np.stack([_means(q, owner, size), np.diff(ends) / np.diff(nodes)], 1),
     )
 
 
