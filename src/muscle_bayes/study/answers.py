@@ -138,7 +138,7 @@ def _missing(results: Results) -> list[str]:
                 f"(median of {len(closed)} runs with a gap)."
             )
         told.append(sentence)
-    return told
+    return [*told, *(f"Not searched: {one}." for one in found.get("not_searched", ()))]
 
 
 def _drift(results: Results) -> list[str]:
