@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout, Problem
 from muscle_bayes.inference.model.temperature_errors import with_temperature_errors
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import solved_at, unconstrained
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
@@ -58,7 +58,7 @@ def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
     return solved_at(unconstrained(draws, layout, data)[0], layout, data).responses
 
 
-@Program
+@program
 def _swing_rates(
     values: Values, response: Response, lanes: Lanes, layout: Layout, data: Data
 ) -> Float[Array, "lane interval"]:

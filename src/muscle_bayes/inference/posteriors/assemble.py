@@ -16,7 +16,7 @@ from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Data, Problem
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predict import Prediction, predict, thin
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import (
     constrained,
     fits_with,
@@ -43,7 +43,7 @@ def values_of(drawn: Draws, problem: Problem) -> dict[str, Any]:
     return {name: value.reshape(chains, draws, *value.shape[1:]) for name, value in flat.items()}
 
 
-@Program
+@program
 def _table_2(values: dict[str, Any], data: Data) -> dict[str, Any]:
     muscle = muscle_of(values, data)
     if muscle is None:

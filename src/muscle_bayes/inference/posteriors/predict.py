@@ -13,7 +13,7 @@ from muscle_bayes.inference.model.likelihood import noise_of
 from muscle_bayes.inference.model.noise import NoiseParameters, elapsed_time, reading_variance
 from muscle_bayes.inference.model.problem import Lanes, Problem
 from muscle_bayes.inference.running.batches import of_draws
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import solved_at, unconstrained
 
 Draws = Mapping[str, Array]
@@ -57,7 +57,7 @@ class Prediction(NamedTuple):
         return self._replace(**cut)
 
 
-@Program
+@program
 def disturbances(
     key: Array,
     values: Mapping[str, Array],
@@ -87,7 +87,7 @@ def disturbances(
     return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
 
 
-@Program
+@program
 def _disturbances_of_draws(
     keys: Array,
     values: Mapping[str, Array],

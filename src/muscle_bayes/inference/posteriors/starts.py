@@ -17,7 +17,7 @@ from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros
 from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.inference.posteriors.predict import Draws
 from muscle_bayes.inference.running.batches import of_rows
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.least_squares import least_squares
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.plant import Plant
@@ -226,7 +226,7 @@ class _Misfit(NamedTuple):
     information: Float[Array, "free free"]
 
 
-@Program
+@program
 def _misfit(
     free: Array, values: dict[str, Array], unknowns: OwnUnknowns, layout: Layout, data: Data
 ) -> _Misfit:

@@ -14,7 +14,7 @@ from muscle_bayes.inference.model.density import (
 )
 from muscle_bayes.inference.model.lane_model import LanePrediction, predictions, responses, zeros_of
 from muscle_bayes.inference.model.problem import Data, Layout
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.physics.response import Response
 
 
@@ -26,7 +26,7 @@ class Solved(NamedTuple):
     """`averaged` in the log's unit."""
 
 
-@Program
+@program
 def solved_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Solved:
     """Responses of every lane at an unconstrained vector, and the predictions they are."""
     values = constrain(vector, layout, data)
@@ -41,7 +41,7 @@ def solved_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Solved:
     return Solved(predicted, found)
 
 
-@Program
+@program
 def _segments_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[LanePrediction]:
     return predictions(constrain(vector, layout, data), layout, data)
 
@@ -53,28 +53,28 @@ def predictions_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> li
     return solved_at(vector, layout, data).predicted
 
 
-@Program
+@program
 def constrained_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
     """Sampled values of an unconstrained vector."""
     return constrain(vector, layout, data)
 
 
-@Program
+@program
 def constrained(vectors: Float[Array, "draw n"], layout: Layout, data: Data) -> dict[str, Array]:
     """Sampled values of unconstrained vectors."""
     return jax.vmap(lambda vector: constrain(vector, layout, data))(vectors)
 
 
-@Program
+@program
 def unconstrained(draws: dict[str, Array], layout: Layout, data: Data) -> Float[Array, "draw n"]:
     """Unconstrained vectors of draws of sampled values."""
     return jax.vmap(lambda values: unconstrain(values, layout, data))(draws)
 
 
-potential_with = Program(potential_given)
+potential_with = program(potential_given)
 
 
-@Program
+@program
 def fits_with(
     predicted: list[LanePrediction], vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> list[LaneFit]:

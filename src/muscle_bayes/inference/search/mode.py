@@ -18,7 +18,7 @@ from muscle_bayes.inference.model.density import (
 from muscle_bayes.inference.model.prior_draws import sample_prior
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.batches import of_rows
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.search.least_squares import Row, least_squares
 from muscle_bayes.inference.search.other_basins import MINIMUM_FORCES, with_other_basins
@@ -58,7 +58,7 @@ class _Seen(NamedTuple):
     information: Float[Array, "n n"]
 
 
-@Program
+@program
 def _seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> _Seen:
     """Potential, its gradient, and Gauss-Newton information plus prior precision."""
 
@@ -100,7 +100,7 @@ def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
     return _as_mode(_descended([mode.vector], layout, data)[0])
 
 
-@Program
+@program
 def _starts_of(
     values: dict[str, Array], shrinking: Float[Array, " draw"], layout: Layout, data: Data
 ) -> Float[Array, "draw n"]:
@@ -217,7 +217,7 @@ def find_mode(
     def best() -> _Shape:
         return min(shapes, key=lambda shape: shape.level)
 
-    for starts in batched(begun, wave, strict=False):
+    for starts in batched(begun, wave):
         shapes += _shaped(starts, layout, data, workers, shares)
         report(len(shapes), most_starts)
         wanted = agreeing[best().ratio > 1.2]
@@ -231,7 +231,7 @@ def find_mode(
         )
     shapes.sort(key=lambda shape: shape.level)
     rows: list[Row[_Seen]] = []
-    for two in batched((shape.vector for shape in shapes[:5]), 2, strict=False):
+    for two in batched((shape.vector for shape in shapes[:5]), 2):
         rows = sorted(
             rows + _descended(two, layout, data, workers=workers), key=lambda row: row.potential
         )

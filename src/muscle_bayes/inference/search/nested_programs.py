@@ -21,7 +21,7 @@ from muscle_bayes.inference.model.lane_model import (
     zeros_of,
 )
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.nested import Choice, log_prior_at, shared_leaves, values_at
 
@@ -94,7 +94,7 @@ def motions_at(
     return result
 
 
-@Program
+@program
 def values_of(
     points: Float[Array, "draw n"], choice: Choice, layout: Layout, data: Data
 ) -> dict[str, Array]:
@@ -137,7 +137,7 @@ def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Expl
     return Explained(potential, fits, residuals, hyst)
 
 
-@Program
+@program
 def explained_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Explained:
@@ -170,7 +170,7 @@ def _flat(parts: list[Array]) -> Array:
     return jnp.concatenate([part.ravel() for part in parts])
 
 
-@Program
+@program
 def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Look:
     """A point and its derivatives, by forward mode.
 

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.model.problem import Data, Layout
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import predictions_at
 from muscle_bayes.inference.search.tempering import entry_names
 
@@ -17,7 +17,7 @@ LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Prior probabilities below the values that a minimum force is given."""
 
 
-@Program
+@program
 def _levels(layout: Layout, data: Data) -> dict[str, Float[Array, " level"]]:
     return {
         name: biject_to(data.priors[name].support).inv(data.priors[name].icdf(jnp.array(LEVELS)))

@@ -13,7 +13,7 @@ from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.likelihood import noise_of
 from muscle_bayes.inference.model.noise import elapsed_time, reading_variance, whiten
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.least_squares import least_squares
 
 
@@ -25,7 +25,7 @@ class _Start(NamedTuple):
     information: Float[Array, "2 2"]
 
 
-@Program
+@program
 def _starts_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[_Start | None]:
     values = constrain(vector, layout, data)
     groups = zip(predictions(values, layout, data), data.lanes, layout.regimes, strict=True)

@@ -10,7 +10,7 @@ from muscle_bayes.inference.model.density import constrain, rms_by_regime, uncon
 from muscle_bayes.inference.model.lane_model import LanePrediction
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Data, Layout
-from muscle_bayes.inference.running.program import Program
+from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import potential_with, predictions_at
 
 HORIZONS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
@@ -31,7 +31,7 @@ class Misfit(NamedTuple):
     """Largest ratio of a regime's RMS misfit to the noise expected of a reading."""
 
 
-@Program
+@program
 def _misfit_of(
     predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data
 ) -> Misfit:
