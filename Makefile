@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc rigs effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc bench-docs rigs effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -84,6 +84,10 @@ protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 
 rigs: $(READY) ## fit twelve kinds of simulated rig and write docs/rigs.md (half an hour)
 	@$(BIN)/python scripts/rig_examples.py
+
+bench-docs: $(READY) firmware ## try the firmware (half an hour), write docs/bench-trials.md and the wiring tables
+	@$(BIN)/muscle-bayes bench-test --failures 400 --overheating 48 --fuzz 0 --stuck 0 --minutes 0 --json build/bench-trials.json
+	@$(BIN)/python scripts/write_bench_docs.py build/bench-trials.json
 
 effect-table: $(READY) ## write docs/effects.md anew, from the catalogue
 	@$(BIN)/python scripts/write_effect_table.py

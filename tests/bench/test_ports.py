@@ -135,11 +135,10 @@ def test_a_board_without_thermometers_is_no_meter(machine):
 
 def test_a_meter_of_an_installed_package(machine, monkeypatch):
     class Shown:
-        latest = Reading(0.0, (20.0, 21.0))
         garbled, moved_within = 0, 1.0
 
         def __init__(self, url, clock):
-            self.url = url
+            self.url, self.latest = url, Reading(clock.now(), (20.0, 21.0))
 
         def poll(self):
             pass

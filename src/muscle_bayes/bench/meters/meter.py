@@ -26,6 +26,8 @@ _FASTEST: Final = 30.0
 """Change that no heater tube does, C/s."""
 _UPDATE: Final = 0.5
 """Longest time between two measurements of the meter, s."""
+NEW: Final = 1.0
+"""Age up to which a reading says how warm it is now, s."""
 PAUSE: Final = 0.05
 """s from something that was no answer to the next request, so that its rest can pass."""
 
@@ -221,9 +223,9 @@ class ThreadedMeter:
 
 
 def first_reading(meter: MeterSource, clock: Clock, timeout: float) -> Reading:
-    """Wait for a reading. Raises MeterError where none comes."""
+    """Wait for a reading that is new. Raises MeterError where none comes."""
     end = clock.now() + timeout
-    while meter.latest is None:
+    while (latest := meter.latest) is None or clock.now() - latest.time > NEW:
         if clock.now() > end:
             garbled = f", {meter.garbled} garbled answers" if meter.garbled else ""
             raise MeterError(
@@ -232,4 +234,4 @@ def first_reading(meter: MeterSource, clock: Clock, timeout: float) -> Reading:
             )
         meter.poll()
         clock.sleep(0.01)
-    return meter.latest
+    return latest
