@@ -30,6 +30,7 @@ STEPS = 8
 def bench(firmware):
     """New boards on which nothing was ever done."""
     with SimulatedBench(TwinPlant(load=0.060, seed=3), 3, calibrated=False) as bench:
+        bench.clock.sleep(0.3)
         yield bench
 
 
@@ -71,8 +72,9 @@ def test_1_without_hardware(tmp_path):
 
 
 def test_2_boards_tell_who_they_are(bench):
-    bench.clock.sleep(0.3)
     for link, role in ((bench.sensor_board, b"SENSOR"), (bench.heater_board, b"HEATER")):
+        link.plug()  # a terminal opens the port
+        bench.clock.sleep(0.3)
         assert re.fullmatch(rb"!BOOT [\d ]+ " + role + rb"\*[0-9A-F]{4}\nw\r\n", link.read(200))
 
 
@@ -133,7 +135,7 @@ def test_6_a_pulled_cable_ends_the_heat(bench, devices, tmp_path):
 
 
 def test_7_a_tube_has_to_be_calibrated_before_it_gets_hot(bench, devices, tmp_path):
-    hot = Stage(setpoint_a=60.0, duration=25.0)
+    hot = Stage(setpoint_a=60.0, duration=45.0)
     with pytest.raises(RecordingError, match=r"not calibrated.*calibrate-heaters"):
         list(session(bench, devices, tmp_path / "before", hot).record())
     bench.clock.sleep(60.0)  # until they are cold

@@ -28,6 +28,8 @@ MOST_CROSSTALK: Final = 0.3
 """Share of the rise that the other thermocouple may show."""
 MOST_MISFIT: Final = 0.5
 """Root mean square by which readings may depart from the model, C."""
+MOST_WARMTH: Final = 12.0
+"""What is left of an earlier heat at the beginning, C."""
 MOST_SHOWN: Final = 80.0
 """Reading at which the pulse ends early, C."""
 _PERIOD: Final = 0.05
@@ -95,7 +97,7 @@ def record_pulse(board: Board, meter: MeterSource, clock: Clock, channel: int) -
 
 
 def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
-    """Gain, cooling, room and delay by least squares. Raises TubeCalibrationError."""
+    """Gain, cooling, room, delay and the warmth at the beginning by least squares. Raises TubeCalibrationError."""
     start = pulse.shown[pulse.time < STILL].mean()
     rise = float(pulse.shown.max() - start)
     if rise < LEAST_RISE:
@@ -111,24 +113,24 @@ def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
         )
 
     def predicted(parameters: np.ndarray) -> np.ndarray:
-        rate, cooling, room, delay = parameters
+        rate, cooling, room, delay, warmth = parameters
         steps = np.diff(pulse.time, prepend=pulse.time[0])
-        modelled = np.zeros(pulse.time.size)
+        modelled = np.full(pulse.time.size, warmth)
         for n in range(1, modelled.size):
             settled = rate * cooling * pulse.duty[n - 1] / 255
             decay = np.exp(-steps[n] / cooling)
             modelled[n] = settled + (modelled[n - 1] - settled) * decay
         return room + np.interp(pulse.time - delay, pulse.time, modelled)
 
-    guess = [rise * 255 / (DUTY * PULSE), 40.0, float(start), 0.4]
-    lowest = [1e-3, 1.0, start - 5.0, 0.0]
-    highest = [50.0, 1000.0, start + 5.0, 5.0]
+    guess = [rise * 255 / (DUTY * PULSE), 40.0, float(start) - 0.1, 0.4, 0.1]
+    lowest = [1e-3, 1.0, start - MOST_WARMTH, 0.0, 0.0]
+    highest = [50.0, 1000.0, start + 5.0, 5.0, MOST_WARMTH]
 
     def residuals(parameters: np.ndarray) -> np.ndarray:
         return predicted(parameters) - pulse.shown
 
     found = least_squares(residuals, guess, bounds=(lowest, highest))
-    rate, cooling, _, delay = map(float, found.x)
+    rate, cooling, _, delay, _ = map(float, found.x)
     misfit = float(np.sqrt(np.mean(found.fun**2)))
     tube = TubeModel.of(rate, cooling)
     if misfit > MOST_MISFIT:
