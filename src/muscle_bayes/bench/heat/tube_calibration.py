@@ -97,7 +97,7 @@ def record_pulse(board: Board, meter: MeterSource, clock: Clock, channel: int) -
 
 
 def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
-    """Gain, cooling, room, delay and the warmth at the beginning by least squares. Raises TubeCalibrationError."""
+    """Gain, cooling, room, delay and first warmth by least squares. Raises TubeCalibrationError."""
     start = pulse.shown[pulse.time < STILL].mean()
     rise = float(pulse.shown.max() - start)
     if rise < LEAST_RISE:
