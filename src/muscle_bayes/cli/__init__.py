@@ -18,6 +18,7 @@ from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.flash import flash
 from muscle_bayes.cli.init import init
 from muscle_bayes.cli.inspect import inspect
+from muscle_bayes.cli.population import population
 from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
 from muscle_bayes.cli.sbc import sbc
@@ -43,7 +44,7 @@ GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
     "Begin": (demo, study),
     "Calibrate": (init, inspect, fit, show, check),
     "Discover": (effects, discover),
-    "Control": (tune, robustness),
+    "Control": (population, tune, robustness),
     "Bench": (flash, sensors, calibrate, calibrate_heaters, calibrate_load, sequence, record),
     "Checks of the method": (simulate, sbc, trial, bench_test),
 }

@@ -69,6 +69,8 @@ class MuscleElement(_Linked):
     """L_base, m"""
     heater_length: Positive | None = None
     """L_heater of eq. 11, m; None = heated over its whole length"""
+    specimen: Annotated[str, Field(min_length=1)] | None = None
+    """name of the muscle, where a population is fitted of several"""
 
     @model_validator(mode="after")
     def _heater_is_not_longer(self) -> "MuscleElement":

@@ -1,6 +1,7 @@
 """What a control engineer looks at: responses with bands, speed against heat, loop gains."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Final
 
 import numpy as np
@@ -85,7 +86,7 @@ def pareto_figure(curves: Mapping[str, TradeOff], limit: float) -> Figure:
     with quiet_style():
         fig = Figure(figsize=(WIDTH, 3.8))
         axis = fig.subplots()
-        for (law, curve), colour in zip(curves.items(), PALETTE, strict=False):
+        for (law, curve), colour in zip(curves.items(), cycle(PALETTE), strict=False):
             seen = np.isfinite(curve.speed[:, 1])
             middle = curve.speed[seen, 1]
             axis.plot(middle, curve.hot[seen], color=colour, marker="o", markersize=3, label=law)
@@ -96,7 +97,8 @@ def pareto_figure(curves: Mapping[str, TradeOff], limit: float) -> Figure:
                 )
         axis.set_xlabel("settling time of the step [s], median of joints")
         axis.set_ylabel(f"probability of more than {limit:g} °C")
-        axis.set_ylim(-0.03, 1.03)
+        top = max(0.1, *(float(curve.hot.max()) for curve in curves.values()))
+        axis.set_ylim(-0.03 * top, 1.05 * top)
         axis.set_xlim(left=0.0)
         axis.legend()
     return fig

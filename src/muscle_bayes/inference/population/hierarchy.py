@@ -8,6 +8,7 @@ seconds whatever the runs' length. Where a likelihood is far from Gaussian in th
 population is only as good as that approximation.
 """
 
+import functools
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -97,6 +98,19 @@ def _pooled(
     return found
 
 
+@functools.cache
+def _sampler(warm_up: int, draws: int) -> MCMC:
+    """Compiled once for all data of a shape."""
+    kernel = NUTS(model, dense_mass=True, target_accept_prob=0.9)
+    return MCMC(
+        kernel,
+        num_warmup=warm_up,
+        num_samples=draws,
+        progress_bar=False,
+        jit_model_args=True,
+    )
+
+
 @double_precision
 def sample_population(
     likelihood: Likelihood,
@@ -110,8 +124,7 @@ def sample_population(
     seed: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draws of mean and spread by NUTS."""
-    kernel = NUTS(model, dense_mass=True, target_accept_prob=0.9)
-    mcmc = MCMC(kernel, num_warmup=warm_up, num_samples=draws, progress_bar=False)
+    mcmc = _sampler(warm_up, draws)
     factor = jnp.asarray(np.linalg.cholesky(prior_covariance))
     data = Likelihood(*map(jnp.asarray, likelihood))
     mcmc.run(

@@ -1,0 +1,97 @@
+"""`muscle-bayes population`: what specimens say of the muscle that comes next."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_file, write_json
+from muscle_bayes.errors import MuscleBayesError
+
+if TYPE_CHECKING:
+    from muscle_bayes.data import Run
+    from muscle_bayes.inference.posteriors.posterior import Posterior
+
+
+def population(
+    specimens: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SPECIMEN...",
+            help="Posteriors of one muscle each (.nc), or runs and folders of runs whose metadata name "
+            "the specimen under [element_a].",
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="POPULATION.nc", callback=writable_file, help="Where it goes."),
+    ],
+    given: Annotated[
+        Path | None,
+        typer.Option(metavar="FIXTURE.nc", help="Posterior of J and D, which specimens share."),
+    ] = None,
+    spread: Annotated[
+        float,
+        typer.Option(min=0.001, max=1.0, help="Prior median of the relative spread of specimens."),
+    ] = 0.08,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Fit every specimen, and the mean and spread of the population that they come from.
+
+    With one specimen the spread is its prior. `tune` and `robustness` take the result.
+
+    Examples:
+        muscle-bayes population data/lot --given fixture.nc --out population.nc
+        muscle-bayes population m1.nc m2.nc --out population.nc
+    """
+    from muscle_bayes.data import find_runs, read_runs
+    from muscle_bayes.inference.population import fit_population
+    from muscle_bayes.inference.posteriors.posterior import Posterior
+
+    posteriors = {path.stem: Posterior.load(path) for path in specimens if path.suffix == ".nc"}
+    places = [path for path in specimens if path.suffix != ".nc"]
+    known = None if given is None else Posterior.load(given)
+    if places:
+        posteriors |= _fitted(_by_specimen(read_runs(find_runs(places))), known, seed)
+    found = fit_population(posteriors, spread=spread, seed=seed)
+    found.save(out)
+    typer.echo(repr(found))
+    for name, one in posteriors.items():
+        if not one.converged:
+            typer.echo(f"{name} HAS NOT CONVERGED: {'; '.join(one.complaints)}", err=True)
+    print_place("population", out)
+    if json is not None:
+        table = found.summary().to_dict(orient="index")
+        write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})
+
+
+def _by_specimen(runs: "list[Run]") -> "dict[str, list[Run]]":
+    """Runs by the specimen that their metadata name."""
+    found: dict[str, list[Run]] = {}
+    for run in runs:
+        name = getattr(run.metadata.element_a, "specimen", None)
+        if name is None:
+            raise MuscleBayesError(
+                f'{run.name}: names no specimen. Fix: add specimen = "NAME" under [element_a] of its '
+                "metadata, or give posteriors"
+            )
+        found.setdefault(name, []).append(run)
+    return found
+
+
+def _fitted(
+    runs: "dict[str, list[Run]]", given: "Posterior | None", seed: int
+) -> "dict[str, Posterior]":
+    """Every specimen's posterior."""
+    from muscle_bayes.inference.sampling.fit import EFFORTS, fit
+    from muscle_bayes.progress import shown_progress
+
+    posteriors = {}
+    for number, (name, own) in enumerate(runs.items()):
+        typer.echo(f"{name}: {', '.join(run.name for run in own)}", err=True)
+        with shown_progress() as report:
+            posteriors[name] = fit(
+                own, effort=EFFORTS["quick"], given=given, seed=seed + number, report=report
+            )
+    return posteriors
