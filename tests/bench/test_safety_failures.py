@@ -2,10 +2,18 @@
 
 import pytest
 
-from muscle_bayes.bench.trials.failures import ALLOWED, FAILURES, Outcome, inject, inject_all
+from muscle_bayes.bench.trials.failures import (
+    ALLOWED,
+    BENCHES,
+    FAILURES,
+    Outcome,
+    inject,
+    inject_all,
+)
 
 FEW, MANY = 2, 40
-"""Times that each of the kinds strikes in the plain and in the slow tests: 54 and 1,080 in all."""
+"""Times that each of the kinds strikes in the plain and in the slow tests, by turns on a bench with a meter
+and on ones with thermometers of the board's own."""
 
 
 def check(outcomes):
@@ -17,14 +25,16 @@ def check(outcomes):
 @pytest.mark.usefixtures("firmware")
 @pytest.mark.parametrize("failure", FAILURES, ids=lambda failure: failure.name)
 def test_heaters_are_off_in_time_after(failure):
-    check([inject(failure, seed) for seed in range(FEW)])
+    other = BENCHES[1 + FAILURES.index(failure) % (len(BENCHES) - 1)]
+    check([inject(failure, 0), inject(failure, 1, other)])
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("firmware")
 @pytest.mark.parametrize("failure", FAILURES, ids=lambda failure: failure.name)
 def test_heaters_are_off_in_time_after_many_of(failure):
-    check([inject(failure, seed) for seed in range(FEW, FEW + MANY)])
+    seeds = range(FEW, FEW + MANY)
+    check([inject(failure, seed, BENCHES[seed % len(BENCHES)]) for seed in seeds])
 
 
 def test_at_least_200_failures_are_injected_in_the_slow_run():
