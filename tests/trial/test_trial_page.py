@@ -50,7 +50,7 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         script["main"](tmp_path)
         page = (tmp_path / "trial.md").read_text()
         assert words in page
-        assert "| none: something claimed | <= 5 % | 0 of 7 | 0% to 41% | holds |" in page
+        assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | holds |" in page
 
 
 def test_page_says_how_many_outcomes_are_of_earlier_code() -> None:

@@ -29,7 +29,8 @@ def trial(
     """Hide effects in synthetic runs of random rigs, search for them blind, and count the hits.
 
     Rigs, true parameters, strengths and noise differ from case to case. Every finished case is kept
-    in DIR, so interrupted work goes on where it stopped.
+    in DIR, so interrupted work goes on where it stopped. All
+    outcomes end in one file, outcomes.json.
 
     Examples:
         muscle-bayes trial --out reports/trial

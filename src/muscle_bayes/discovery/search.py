@@ -100,14 +100,16 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     """All starts of all candidates as one batch: annealed, then each one's best two to the end."""
     chosen = [one for some in screened.values() for one in promising(some)]
     search.report("candidates", 0, len(screened))
-    begun = search.anneal([one.start for one in chosen], [one.effect for one in chosen])
+    ends = search.anneal([one.start for one in chosen], [one.effect for one in chosen])
     best: dict[str, list[Start]] = {}
-    for start in begun:
+    for start in ends:
         best.setdefault(start.effects[-1], []).append(start)
     finals = [start for some in best.values() for start in some[:2]]
     fits: dict[str, Fitted] = {}
     search.report("candidates", len(screened) // 2, len(screened))
-    _keep(fits, search.fit(finals, behind=200.0))
+    # With lasting noise a point begins far above where it soon is: none is given up before that.
+    begun = [one.start for one in search.fit(finals, steps=8)]
+    _keep(fits, search.fit(begun, behind=200.0))
     search.report("candidates", len(screened), len(screened))
     return fits
 

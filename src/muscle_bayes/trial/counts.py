@@ -12,7 +12,7 @@ from muscle_bayes.discovery.weigh import NONE, PRIOR_NONE, UNKNOWN
 
 DETECTABLE = 0.5
 """Least excess misfit, in the error of a reading, of a case that counts as detectable."""
-CLOSE = 1.2
+CLOSE = 1.1
 """Largest RMSE of held-out readings, in their own error, that counts as explained."""
 NOTHING = "nothing"
 """What the confusion matrix calls a case without hidden effect."""
@@ -52,13 +52,13 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
     none = [one for one in outcomes if one["kind"] == "none"]
     pairs = [one for one in seen if one["kind"] == "pair"]
     return [
-        Rate.of("single: named first, or in its tie", ">= 90 %", [_named(one) for one in single]),
-        Rate.of("single: named alone", ">= 80 %", [_alone(one) for one in single]),
-        Rate.of("none: something claimed", "<= 5 %", [one["verdict"] != [NONE] for one in none]),
-        Rate.of("outside: unknown", ">= 80 %", [_unnamed(one) for one in outside]),
-        Rate.of("outside: right port", ">= 60 %", [one["port"] in one["ports"] for one in outside]),
+        Rate.of("single: named first, or in its tie", ">= 95 %", [_named(one) for one in single]),
+        Rate.of("single: named alone", ">= 85 %", [_alone(one) for one in single]),
+        Rate.of("none: something claimed", "<= 3 %", [one["verdict"] != [NONE] for one in none]),
+        Rate.of("outside: unknown", ">= 90 %", [_unnamed(one) for one in outside]),
+        Rate.of("outside: right port", ">= 75 %", [one["port"] in one["ports"] for one in outside]),
         Rate.of(
-            "outside: right port, or in its tie", ">= 60 %", [_right_port(one) for one in outside]
+            "outside: right port, or in its tie", ">= 75 %", [_right_port(one) for one in outside]
         ),
         Rate.of(
             "outside: unknown alone, no name added",
@@ -66,18 +66,18 @@ def rates(outcomes: Sequence[Mapping[str, Any]]) -> list[Rate]:
             [one["verdict"] == [UNKNOWN] for one in outside],
         ),
         Rate.of(
-            "single: held-out RMSE within 1.2 of the noise",
+            "single: held-out RMSE within 1.1 of the noise",
             ">= 90 %",
             [one["held_out"] <= CLOSE for one in single],
         ),
         Rate.of(
             "pairs: both found",
-            ">= 70 %",
+            ">= 80 %",
             [_both(one) for one in pairs],
         ),
         Rate.of(
             "pairs: both found, the second detectable beside the first",
-            ">= 70 %",
+            ">= 80 %",
             [_both(one) for one in pairs if _second_seen(one)],
         ),
     ]

@@ -75,9 +75,8 @@ def is_noise(names: list[str]) -> Bool[np.ndarray, " n"]:
 
 
 def horizons(layout: Layout) -> tuple[float, ...]:
-    """Shares of inertial runs to fit, one after the other; the whole alone where no run is such."""
-    kinds = zip(layout.regimes, layout.segmented, strict=True)
-    swings = any(regime == "fast" and not cut for regime, cut in kinds)
+    """Shares of inertial runs to fit, one after the other; the whole alone where other runs count too."""
+    swings = not any(layout.segmented) and set(layout.regimes) == {"fast"}
     return HORIZONS if swings else HORIZONS[-1:]
 
 
