@@ -14,11 +14,11 @@ from muscle_bayes.control.certain_duty import Stretch, stretches
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 
-PRIOR: Final = {"gain": (4.0, 0.7), "cooling": (1 / 50, 1.0), "lag": (1.0, 1.0)}
-"""Median and standard deviation of the logarithm: a glass tube the size of a pencil, wound with a
-heating wire, reaches 90 C in tens of seconds and cools in a minute. K/s, 1/s, s."""
-ASSUMED_SPREAD: Final = 0.2
-"""Standard deviation of the logarithm where no runs tell: the same medians, taken for known to 20 %."""
+PRIOR: Final = {"gain": (3.5, 0.9), "cooling": (1 / 55, 1.0), "lag": (1.0, 1.0)}
+"""Median and standard deviation of the logarithm: a tube the size of a pencil, of glass or of aluminium
+under Kapton, wound with a heating wire, reaches 90 C in ten seconds to minutes. K/s, 1/s, s."""
+ASSUMED_SPREAD: Final = 0.3
+"""Standard deviation of the logarithm where no runs tell: the same medians, taken for known to 30 %."""
 CELLS: Final = 25
 WIDENINGS: Final = 12
 NEGLIGIBLE: Final = 1e-3

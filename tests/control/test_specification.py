@@ -1,0 +1,99 @@
+"""What is asked, what is within reach, and how laws are compared."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from muscle_bayes.control.feasible import feasible
+from muscle_bayes.control.judge import Judgement, standard_error
+from muscle_bayes.control.metrics import Metrics
+from muscle_bayes.control.scenario import Scenario
+from muscle_bayes.control.scenarios import load_sine, load_step, setpoint_sine, square, step
+from muscle_bayes.control.specification import Specification, cvar, wanted, within_reach
+
+NOTHING = dict.fromkeys(Metrics._fields, np.nan)
+
+
+def found(**values):
+    return Metrics(**{**NOTHING, "runaway": 0.0, "peak_temperature": 60.0, **values})
+
+
+def test_what_is_wanted_depends_on_what_moves():
+    assert "recovery_time" in wanted(load_step(0.03)).limits
+    assert "recovery_time" not in wanted(square(0.03)).limits
+    assert wanted(setpoint_sine(0.03, 0.1)).limits["tracking"] == pytest.approx(np.sqrt(0.5))
+    assert wanted(load_sine(0.03, 0.1)).limits["tracking"] == 0.3
+    assert (
+        wanted(step(0.03), {"settling_time": 12.0, "tracking": 0.1}).limits["settling_time"] == 12.0
+    )
+
+
+def test_limits_are_no_stricter_than_the_best_input_allows():
+    asked = wanted(step(0.03))
+    best = found(settling_time=40.0, overshoot=0.0, steady_error=0.001)
+    reached = within_reach(asked, best)
+    assert reached.limits["settling_time"] == pytest.approx(60.0)
+    assert reached.limits["steady_error"] == asked.limits["steady_error"]
+    assert not reached.infeasible
+
+
+def test_what_no_input_reaches_is_infeasible_and_must_do_no_harm():
+    never = within_reach(
+        wanted(step(0.03)), found(settling_time=np.inf, overshoot=0.0, steady_error=0.1)
+    )
+    assert "settling time is infinite" in never.infeasible
+    beyond = within_reach(wanted(setpoint_sine(0.03, 1.0)), found(tracking=0.9))
+    assert "0.90" in beyond.infeasible
+    assert beyond.limits["tracking"] == 1.1
+
+
+def test_excess_is_relative_and_cut_off():
+    spec = Specification({"settling_time": 30.0, "peak_temperature": 100.0})
+    values = found(
+        settling_time=np.array([15.0, 45.0, np.inf]),
+        peak_temperature=np.array([90.0, 100.0, 105.0]),
+        runaway=np.zeros(3),
+    )
+    np.testing.assert_allclose(spec.excess(values)["settling_time"], [-0.5, 0.5, 3.0])
+    np.testing.assert_allclose(spec.excess(values)["peak_temperature"], [-1.0, 0.0, 0.5])
+    np.testing.assert_array_equal(spec.met(values), [True, False, False])
+
+
+def test_cvar_is_the_mean_of_the_worst():
+    values = np.arange(100.0)
+    assert cvar(values, 0.95) == pytest.approx(97.0)
+    assert cvar(values, 0.995) == pytest.approx(99.0)
+
+
+def test_monte_carlo_errors_are_never_nothing():
+    assert standard_error(0.0, 100) > 0.005
+    assert standard_error(0.5, 400) == pytest.approx(0.025, rel=0.02)
+
+
+def test_ties_are_ties():
+    generator = np.random.default_rng(0)
+    own = 30.0 * np.exp(0.2 * generator.standard_normal(300))
+    times = {"a": own, "b": own * (1 + 1e-4 * generator.standard_normal(300)), "c": 1.5 * own}
+    spec = {"s": Specification({"settling_time": 30.0})}
+    outcomes = {
+        law: {"s": SimpleNamespace(metrics=found(settling_time=value, runaway=np.zeros(300)))}
+        for law, value in times.items()
+    }
+    gains = {law: SimpleNamespace(sentence=lambda: "some") for law in times}
+    result = Judgement(gains, (Scenario("s", "", step(0.03)),), spec, outcomes, 300)
+    assert result.compared("a", "b") == {"s": "tied"}
+    assert result.compared("a", "c") == {"s": "lower"}
+    assert result.compared("c", "a") == {"s": "higher"}
+    assert result.recommended in ("a", "b")
+    assert "to a in s" not in result.sentence()
+
+
+def test_the_best_input_keeps_its_bounds_and_knows_what_is_out_of_reach(joints):
+    far = Scenario("far", "", step(0.03, size=0.5))
+    near = Scenario("near", "", step(0.03, size=0.05))
+    best = feasible(joints, [near, far], knots=40, rounds=12)
+    assert best["near"].settling_time < 20.0
+    assert best["near"].peak_temperature < 101.0
+    assert best["far"].settling_time == np.inf
+    assert best["far"].peak_temperature < 104.0
