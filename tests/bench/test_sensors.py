@@ -6,6 +6,7 @@ import pytest
 from host_firmware import HostFirmware
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.messages import Role
@@ -24,12 +25,14 @@ from muscle_bayes.bench.simulation.chips import (
     max31855_word,
     thermistor_counts,
 )
+from muscle_bayes.bench.simulation.ports import Ports
 from muscle_bayes.bench.simulation.recording import (
     SimulatedOperator,
     rig_tables,
     simulated_devices,
 )
 from muscle_bayes.bench.trials.host import HeatingHost
+from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 
 MAX31855, MAX6675, THERMISTOR = 1, 2, 3
@@ -368,3 +371,19 @@ def test_a_second_potentiometer_is_logged_beside_the_first(firmware, tmp_path):
     apart = table["Potentiometer Reading"] - table["Reading 2"]
     assert apart.mean() == pytest.approx(30.0, abs=2.5)
     assert apart.std() < 0.5
+
+
+def test_the_command_tells_both_boards(firmware):
+    with SimulatedBench(seed=1) as bench, Ports(bench) as ports:
+        lines = ["--port", ports.sensor_board, "--port", ports.heater_board]
+        for names, heater, sensor in (
+            ([], "nothing more", "nothing more"),
+            (["max6675", "encoder", "hx711"], "max6675", "encoder, hx711"),
+            ([], "max6675", "encoder, hx711"),
+            (["--none"], "nothing more", "nothing more"),
+        ):
+            told = CliRunner().invoke(app, ["sensors", *names, *lines])
+            assert told.output == f"heater board: {heater}\nsensor board: {sensor}\n"
+        assert CliRunner().invoke(app, ["sensors", "max6675", "thermistor"]).exit_code == 2
+    listed = CliRunner().invoke(app, ["sensors", "--list"]).output
+    assert all(f"{name}:" in listed for name in SENSORS)
