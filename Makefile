@@ -86,6 +86,7 @@ rigs: $(READY) ## fit twelve kinds of simulated rig and write docs/rigs.md (half
 	@$(BIN)/python scripts/rig_examples.py
 
 bench-docs: $(READY) firmware ## try the firmware (half an hour), write docs/bench-trials.md and the wiring tables
+	@mkdir -p build
 	@$(BIN)/muscle-bayes bench-test --failures 400 --overheating 48 --fuzz 0 --stuck 0 --minutes 0 --json build/bench-trials.json
 	@$(BIN)/python scripts/write_bench_docs.py build/bench-trials.json
 
