@@ -140,13 +140,19 @@ def muscle() -> Posterior:
         name: (("chain", "draw"), value * (1 + 0.03 * generator.standard_normal((2, 20))))
         for name, value in published.items()
     }
-    tree = xr.DataTree.from_dict({"posterior": xr.Dataset(draws)})
+    prior = {
+        name: (("chain", "draw"), value * (1 + 0.2 * generator.standard_normal((1, 400))))
+        for name, value in TABLE_2.items()
+    }
+    tree = xr.DataTree.from_dict({"posterior": xr.Dataset(draws), "prior": xr.Dataset(prior)})
     tree.attrs = {
         "friction": "coulomb",
         "effects": "[]",
         "parameters": json.dumps(list(published)),
         "converged": 1,
         "complaints": "[]",
+        "base_length": 0.1,
+        "tension": 5.0,
     }
     return Posterior(tree)
 

@@ -160,6 +160,12 @@ def contents(
     """Of a posterior: draws of Table 2, draws of what is shared, base length [m], tension [N]."""
     from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 
+    stated = {"base_length", "tension"} <= {*posterior.tree.attrs}
+    if group not in posterior.tree or not stated:
+        raise MuscleBayesError(
+            f"the posterior has no {group} draws, or not the muscle's length and tension. Fix: fit its "
+            "runs again, by `muscle-bayes fit`"
+        )
     draws = posterior.tree[group].to_dataset()
     if missing := [name for name in MUSCLE_PARAMETERS if name not in draws]:
         raise MuscleBayesError(
