@@ -89,3 +89,15 @@ def test_the_rate_of_a_pendulum_tells_what_its_angle_tells() -> None:
     assert found["explained"], found["unexplained"]
     assert found["parameters"]["J"]["mean"] == pytest.approx(inertia, rel=5e-3)
     assert found["parameters"]["D"]["mean"] == pytest.approx(2 * 0.5 * inertia, rel=0.03)
+
+
+def test_a_static_curve_needs_no_time() -> None:
+    """Force against extension, in any order of the rows: a spring without damping."""
+    x = np.random.default_rng(2).uniform(0.0, 0.05, 40)
+    force = 2.0 + 300.0 * x + 0.05 * np.random.default_rng(3).standard_normal(x.size)
+    about = 'format = 1\nprotocol = "imposed"\norigin = "synthetic"\n[log]\nsample_rate = 1.0\n'
+    about += '[columns]\nposition = "x"\nposition_unit = "m"\nforce = "f"\n'
+    run = read({"x": x, "f": force}, about + SPRING + "damping = 0.0\n")
+    found = summarise(mb.fit([run], effort="quick", progress=False))["parameters"]
+    assert abs(found["element_a.rate"]["mean"] - 300.0) < 4.0 * found["element_a.rate"]["sd"]
+    assert found["element_a.rate"]["sd"] < 3.0
