@@ -14,6 +14,9 @@ MOVED_WITHIN: Final = {"max6675": 0.19}
 """s of hard heating after which a thermometer must show other digits; the board looks at a MAX6675 every
 0.22 s, at others every 0.11 s. With the board's look and the host's question that is under 0.5 s."""
 
+AGE: Final = {"max6675": 0.11, "max31855": 0.06}
+"""s since the middle of the conversion that a look of the board finds; next to nothing of a thermistor."""
+
 
 class BoardMeter:
     """Asks the heater board what its own thermometers show; polled by its owner, never waits."""
@@ -38,6 +41,7 @@ class BoardMeter:
                 "and tell the board, e.g. `muscle-bayes sensors max31855`; or use a meter."
             )
 
+        self._age = AGE.get(name, 0.0)
         self.moved_within = MOVED_WITHIN.get(name, 0.25)
 
     @property
@@ -52,8 +56,8 @@ class BoardMeter:
             if (shown := board.take_temperatures()) is not None:
                 self._latest = Reading(self._clock.now(), shown, self._asked)
             if self._clock.now() >= self._due:
-                self._asked = self._clock.now()
-                self._due = self._asked + PERIOD
+                self._asked = self._clock.now() - self._age
+                self._due = self._clock.now() + PERIOD
                 board.ask_temperatures()
         except BoardError as error:
             raise MeterError(f"heater board: {error}") from None
