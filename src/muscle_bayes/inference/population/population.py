@@ -144,7 +144,7 @@ class Population:
 
     def __repr__(self) -> str:
         count = len(self.specimens)
-        return f"Population of {count or 1} specimen{'s' if count > 1 else ''}\n{self.summary()}"
+        return f"Population of {count or 1} specimen{'s' if count > 1 else ''}\n{self.summary().round(3).to_string()}"
 
     def _repr_html_(self) -> str:
         count = len(self.specimens)
