@@ -144,7 +144,8 @@ class Population:
 
     def __repr__(self) -> str:
         count = len(self.specimens)
-        return f"Population of {count or 1} specimen{'s' if count > 1 else ''}\n{self.summary().round(3).to_string()}"
+        table = self.summary().round(3).to_string()
+        return f"Population of {count or 1} specimen{'s' if count > 1 else ''}\n{table}"
 
     def _repr_html_(self) -> str:
         count = len(self.specimens)
