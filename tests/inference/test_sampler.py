@@ -8,7 +8,7 @@ from muscle_bayes.inference.sampling.sampler import Draws, Effort, agree
 def drawn(shift: float, count: int) -> Draws:
     random = np.random.default_rng(2)
     vector = random.normal(size=(4, count, 2)) + shift * np.arange(4)[:, None, None]
-    return Draws(vector, {"acceptance_rate": np.ones((4, count))})
+    return Draws(vector, vector, {"acceptance_rate": np.ones((4, count))})
 
 
 def test_chains_agree_only_where_they_are_alike_and_long_enough():

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 from numpyro.infer import CustomGibbs
 from numpyro.infer.gibbs import GIBBS_SITES_KWARG, CustomGibbsState
@@ -43,9 +44,14 @@ class Slices(NamedTuple):
     force_width: float = 4.0
     """Interval of a minimum force, in its logarithm."""
     force_rounds: int = 2
-    noise_widths: tuple[float, float, float] = (0.3, 3.0, 2.0)
+    noise_widths: tuple[float, float, float] = (0.5, 6.0, 5.0)
     """Intervals of log total, log odds and log correlation time."""
     noise_rounds: int = 4
+
+    def noise_directions(self) -> Float[np.ndarray, "direction 3"]:
+        """Each coordinate, and that along which a long-lived discrepancy's steps stay as large."""
+        size, odds, time = self.noise_widths
+        return np.vstack([np.diag([size, odds, time]), [0.5 * time, 0.0, time]])
 
 
 class SliceBlock(CustomGibbs):
@@ -130,8 +136,8 @@ def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[
         else:
             predicted = predictions(values, layout, data)
         mixtures = jnp.concatenate([_mixture_of(values, regime) for regime in regimes])
-        widths = jnp.tile(jnp.asarray(slices.noise_widths), len(regimes))
-        steps = jnp.tile(jnp.diag(widths), (slices.noise_rounds, 1))
+        directions = np.kron(np.eye(len(regimes)), slices.noise_directions())
+        steps = jnp.tile(jnp.asarray(directions), (slices.noise_rounds, 1))
         here = slice_sweep(
             key_noise, lambda x: noise_at(x, values, predicted, data), mixtures, steps
         )
