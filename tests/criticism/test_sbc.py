@@ -168,7 +168,7 @@ def test_draws_keep_how_the_model_was_solved_that_they_are_of(
         )
         start = prior_draws(jax.random.key(1), 6, problem.layout, problem.data)
         vectors = np.asarray(unconstrained(start, problem.layout, problem.data))
-        draws = SimpleNamespace(vector=vectors.reshape(2, 3, -1), diverging=np.zeros((2, 3), bool))
+        draws = SimpleNamespace(vector=vectors.reshape(2, 3, -1), divergences=0)
         monkeypatch.setattr(replicates, "sample", lambda *_, **__: (solved, draws, {}))
         monkeypatch.setattr(replicates, "agree", lambda *_: True)
         measured = json.loads(json.dumps(replicates.measured_draws(template, 0)))

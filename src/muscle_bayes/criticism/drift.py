@@ -154,10 +154,11 @@ def drift(prediction: Prediction, seed: int = 0) -> Drift:
 
     Example:
         >>> import muscle_bayes as mb
-        >>> muscle = mb.load("muscle.nc")  # of the staircases, by `fit`
-        >>> (prediction,) = mb.predict(muscle, mb.load_example("sawtooth"))
-        >>> mb.drift(prediction).unit
-        'deg'
+        >>> runs = mb.load_example("springs")
+        >>> posterior = mb.fit(runs, effort="quick", progress=False)
+        >>> prediction = mb.predict(posterior, runs, draws=50)[0]
+        >>> mb.drift(prediction).reason  # a spring is not heated
+        'the temperature never rises by 15 C'
     """
     unit = judged_unit(prediction)[0]
     if np.ptp(_smoothed(prediction.temperature)) < HEATED_RISE:

@@ -225,6 +225,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "MuscleElement.kind": "",
     "MuscleElement.linkage": "pins",
     "MuscleElement.drum_radius": "",
+    "MuscleElement.specimen": "",
     "MuscleElement.length_at_zero": "",
     "MuscleElement.heater_length": "heated over its whole length",
     "SpringElement.kind": "",

@@ -200,7 +200,9 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
     names = [run.name for run in runs]
     for name in hold_out:
         if name not in names:
-            raise MuscleBayesError(f"--hold-out {name}: no such run; there are: {', '.join(names)}")
+            raise MuscleBayesError(
+                f"--hold-out {name}: no such run. Fix: name one of {', '.join(names)}."
+            )
     if set(names) <= set(hold_out):
         raise MuscleBayesError("every run is held out; leave at least one to fit")
 

@@ -41,6 +41,8 @@ def describe(rig: Rig, protocol: Protocol, load: tuple[list[float], list[float]]
 
 
 def _element(element: Element) -> dict[str, Any]:
+    if element.kind == "spring":
+        return {"kind": "spring", "model": "reference"}
     if element.kind != "muscle":
         return {"kind": element.kind}
     table: dict[str, Any] = {"kind": "muscle", "base_length": element.base_length}
