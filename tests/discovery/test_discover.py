@@ -61,7 +61,7 @@ def test_names_that_no_run_has(tmp_path: Path) -> None:
     run = simulate(spring_rig(Rig()), spring(0.11), 1)
     write_run(tmp_path, "spring-1", run.log, run.metadata)
     runs = read_runs([tmp_path])
-    with pytest.raises(MuscleBayesError, match="no such run. Fix: name one of spring-1"):
+    with pytest.raises(MuscleBayesError, match=r"no such run\. Fix: name one of spring-1"):
         discover(runs, hold_out=["other"])
     with pytest.raises(MuscleBayesError, match="every run is held out"):
         discover(runs, hold_out=["spring-1"])
