@@ -14,7 +14,7 @@ MOST = 35
 """Words of a sentence."""
 PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "index", "model", "conventions", "evidence", "glossary", "api", "gallery", "effects", "bench",
-    "protocol", "run-format", "architecture", "contributing", "control", "calibration",
+    "protocol", "run-format", "architecture", "contributing", "control",
 ))]  # fmt: skip
 SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
 REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]

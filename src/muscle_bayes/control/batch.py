@@ -1,8 +1,7 @@
 """Many joints under one law, in one scenario at a time: one compiled program, batches on every core.
 
-Single precision: a loop's responses agree with double precision to a hundredth of a count where nothing
-sticks, and runs of many joints take a fifth of the time. What has to be the board's to the digit runs
-`closed_loop.simulate` in double precision.
+Single precision, for speed. What has to be the board's to the digit runs `closed_loop.simulate` in double
+precision.
 """
 
 import os
