@@ -34,7 +34,7 @@ def lane_inputs(values: Values, layout: Layout, data: Data) -> Float[Array, "lan
     physical = physical_of(values, layout, data)
     zero = zeros_of(values, lanes, "slow", False)
     start = lanes.scale * (values["slow.start"][lanes.run] - zero)
-    first = first_hyst(values["slow.hyst_force"], values)[lanes.run]
+    first = first_hyst(values["slow.hyst_lag"], values, data.tension)[lanes.run]
     if physical.muscle is None or physical.friction is None:
         raise ValueError("competitors know muscles only")
     shared = jnp.stack([physical.friction, *jax.tree.leaves(physical.muscle)])

@@ -12,13 +12,12 @@ from jaxtyping import Array, Float
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import unconstrain
-from muscle_bayes.inference.model.muscle_prior import COLD, HOT, strain_under
+from muscle_bayes.inference.model.muscle_prior import COLD, HOT, resting_hyst, strain_under
 from muscle_bayes.inference.model.problem import Lanes, Problem, pose
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[1] / "data"
 STAIRCASES = ("staircase-139g", "staircase-166g", "staircase-212g")
@@ -161,7 +160,5 @@ def reference_point(problem: Problem) -> Float[Array, " n"]:
     scale = np.asarray(problem.data.lanes[0].scale)
     values["slow.zero"] = jnp.asarray(zero)
     values["slow.start"] = jnp.asarray(zero + angle / scale)
-    values["slow.hyst_force"] = tensile_spring(
-        jnp.asarray(hyst), values["stiffness_hyst"], values["F_hyst_min"]
-    )
+    values["slow.hyst_lag"] = jnp.asarray(hyst) - resting_hyst(problem.data.tension, values)
     return unconstrain(values, problem.layout, problem.data)

@@ -33,7 +33,7 @@ SHARED = (
     "slow.discrepancy",
     "slow.correlation_time",
 )
-EACH = ("slow.zero", "slow.start", "slow.hyst_force")
+EACH = ("slow.zero", "slow.start", "slow.hyst_lag")
 """Both in the order in which the program takes them from its vector, EACH once for every run."""
 
 

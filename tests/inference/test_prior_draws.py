@@ -11,30 +11,31 @@ from scipy.stats import kstest
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import log_prior, unconstrain
-from muscle_bayes.inference.model.muscle_prior import first_hyst
+from muscle_bayes.inference.model.muscle_prior import first_hyst, resting_hyst
 from muscle_bayes.inference.model.prior_draws import SAMPLERS, prior_draws, sample_prior
 from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.records.rig import strains
 from muscle_bayes.inference.running.precision import double_precision
-from muscle_bayes.physics.springs import tensile_spring
 
 DATA = Path(__file__).parents[2] / "data"
 
 
 @double_precision
-def test_hyst_always_pulls_at_the_first_row_and_that_is_possible() -> None:
+def test_hyst_begins_about_its_rest_and_is_never_beyond_shut() -> None:
     problem = pose(read_runs([DATA / f"staircase-{grams}g.csv" for grams in (139, 212)]))
     layout, data = problem.layout, problem.data
     draws = prior_draws(jax.random.key(0), 800, layout, data)
     assert draws["J"].shape == (800,)
-    assert draws["slow.hyst_force"].shape == (800, 2)
-    first = jax.vmap(lambda one: first_hyst(one["slow.hyst_force"], one))(draws)
+    assert draws["slow.hyst_lag"].shape == (800, 2)
+    first = jax.vmap(lambda one: first_hyst(one["slow.hyst_lag"], one, data.tension))(draws)
     assert float(first.min()) > 0.0
-    pull = jax.vmap(tensile_spring)(first, draws["stiffness_hyst"], draws["F_hyst_min"])
-    np.testing.assert_allclose(pull, draws["slow.hyst_force"], rtol=1e-9)
-    # About the typical tension, which every force is a share or a multiple of.
-    middle = np.median(np.log(draws["slow.hyst_force"]))
-    assert middle == pytest.approx(np.log(float(data.tension)), abs=0.1)
+    rest = jax.vmap(lambda one: resting_hyst(data.tension, one))(draws)[:, None]
+    begun = np.asarray(rest + draws["slow.hyst_lag"])
+    np.testing.assert_allclose(first, np.maximum(begun, 1e-4), rtol=1e-9)
+    # As wide as the muscle moves in the runs.
+    strokes = [np.ptp(strains(run)) for run in problem.runs]
+    assert np.std(draws["slow.hyst_lag"]) == pytest.approx(min(max(strokes), 0.15), rel=0.05)
     vectors = jax.vmap(lambda one: unconstrain(one, layout, data))(draws)
     assert np.isfinite(jax.vmap(lambda one: log_prior(one, layout, data))(vectors)).all()
 

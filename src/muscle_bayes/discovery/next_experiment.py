@@ -19,8 +19,8 @@ from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.nested_programs import explained_at, look_at
 from muscle_bayes.physics.schedule import Schedule
 
-FRESH = {"zero": 2.0, "start": 2.0, "hyst_force": 0.3}
-"""Prior standard deviations of what is a new run's own [counts, counts, logarithm]."""
+FRESH = {"zero": 2.0, "start": 2.0, "hyst_lag": 0.05}
+"""Prior standard deviations of what is a new run's own [counts, counts, strain]."""
 
 
 @dataclass(frozen=True)

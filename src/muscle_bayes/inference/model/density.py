@@ -1,12 +1,11 @@
 """Log posterior density of a problem, on an unconstrained vector, as a pure function of the data."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float
 from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
@@ -118,14 +117,6 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"
         for name, _ in layout.shapes
     ]
     return jnp.concatenate(parts)
-
-
-def entries_named(
-    ending: str, shapes: Sequence[tuple[str, tuple[int, ...]]]
-) -> Int[np.ndarray, " entry"]:
-    """Entries of a vector of these quantities whose names end so."""
-    names = np.repeat([name for name, _ in shapes], [int(np.prod(shape)) for _, shape in shapes])
-    return np.flatnonzero(np.char.endswith(names.astype(str), ending))
 
 
 def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:

@@ -121,8 +121,9 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     place = values.get(f"{regime}.place")
     place = nothing if place is None else place[lanes.run]
     q, speed = lanes.output.beginning(lanes.scale * first, lanes.scale * slope, place)
-    force = values.get(f"{regime}.hyst_force")
-    return Origin(q, speed, None if force is None else first_hyst(force, values)[lanes.run])
+    lag = values.get(f"{regime}.hyst_lag")
+    hyst = None if lag is None else first_hyst(lag, values, data.tension)[lanes.run]
+    return Origin(q, speed, hyst)
 
 
 def heated(lane: Lanes, parts: Mapping[str, Array]) -> Lanes:

@@ -2,15 +2,19 @@
 
 from collections.abc import Collection, Mapping
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
 
+from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.springs import tensile_strain
 
+LEAST_SHARE = 0.1
+"""Least first strain of HYST, as a share of that over which its coils part."""
 COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
@@ -103,13 +107,16 @@ def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
     return tensile_strain(tension, values["stiffness_hyst"], values["F_hyst_min"])
 
 
-def first_hyst(force: Array, values: Mapping[str, Array]) -> Float[Array, " run"]:
-    """sigma_hyst at each run's first row, where HYST's spring pulls with `force` [N].
+def first_hyst(
+    lag: Array, values: Mapping[str, Array], tension: Array | float
+) -> Float[Array, " run"]:
+    """sigma_hyst at each run's first row, `lag` beyond its strain at rest under `tension` [N].
 
-    A force and not a strain is sampled: it is positive, it is the tension where the muscle has long
-    hung, and it stays the same when another minimum force shifts the strain.
+    A lag and not a strain is sampled: it is zero where the muscle has long hung, readings show it
+    however stiff the spring is, and it stays the same when another minimum force shifts the strain.
+    Below a tenth of the strain over which its coils part, HYST is shut.
     """
-    return resting_hyst(force, values)
+    return jnp.maximum(resting_hyst(tension, values) + lag, LEAST_SHARE * STRAIN_EPSILON)
 
 
 def replaced_by(chosen: Collection[str]) -> dict[str, str]:

@@ -16,9 +16,9 @@ from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.inference.records.record import Record, heating
 from muscle_bayes.inference.records.rig import (
     driving_force,
-    first_strain,
     has_muscle,
     restores,
+    strains,
     tension_lever,
 )
 from muscle_bayes.physics.effect import Scales
@@ -30,8 +30,10 @@ HAND_SIZED = 3e-3
 """Inertia of a rotor that a hand holds [kg m^2], or mass of a carriage [kg]."""
 UNSTATED_TENSION = 3.0
 """Tension of a muscle under no stated load [N]: about that under which muscles are coiled."""
-FIRST_FORCE_SPREAD = 0.7
-"""Prior standard deviation of the log of HYST's force at the first row, about the typical tension."""
+FRICTION_SHARE = 0.05
+"""Prior median of friction at typical speed, as a share of what drives the rotor."""
+FIRST_LAG = (0.005, 0.15)
+"""Least and largest prior standard deviation of how far HYST is from rest at the first row, in strain."""
 
 
 def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
@@ -74,12 +76,12 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
     if any(run.metadata.fixture.inertia is None for run in runs):
         sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
     if friction == "coulomb":
-        unit, middle = ("N" if linear else "N m"), 0.05 * size.force
+        unit, most = ("N" if linear else "N m"), size.force
         meaning = "dry friction"
     else:
-        unit, middle = ("N s/m" if linear else "N m s"), 0.05 * size.force / size.speed
+        unit, most = ("N s/m" if linear else "N m s"), size.force / size.speed
         meaning = "friction per unit speed"
-    sites["D"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, meaning)
+    sites["D"] = Site(dist.HalfCauchy(FRICTION_SHARE * most), unit, meaning)
     return sites
 
 
@@ -105,7 +107,13 @@ def part_sites(runs: Sequence[Run], size: Scales) -> dict[str, Site]:
 
 def mean_first_strain(runs: Sequence[Run]) -> float:
     """Strain of the muscle at the first reading, mean over the runs that have one."""
-    return float(np.mean([first_strain(run) for run in runs if has_muscle(run)]))
+    return float(np.mean([strains(run)[0] for run in runs if has_muscle(run)]))
+
+
+def _first_lag_spread(runs: Sequence[Run]) -> float:
+    """How far HYST may be from rest at the first row: about as far as the muscles move."""
+    widest = max(float(np.ptp(strains(run))) for run in runs if has_muscle(run))
+    return float(np.clip(widest, *FIRST_LAG))
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
@@ -176,10 +184,10 @@ def run_sites(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
     if any(has_muscle(run) for run in runs):
-        sites["hyst_force"] = Site(
-            dist.LogNormal(jnp.full(len(names), np.log(size.tension)), FIRST_FORCE_SPREAD),
-            "N",
-            "force of HYST's spring at the first row",
+        sites["hyst_lag"] = Site(
+            dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs)),
+            "1",
+            "HYST's strain at the first row, less that at rest under typical tension",
         )
     return sites
 

@@ -47,10 +47,15 @@ class ReductionError(NamedTuple):
     """RMS up to which the reduced solution is used [the log's unit]."""
 
     @property
+    def solved(self) -> bool:
+        """Whether full inertia could be solved; rms is not finite where it could not."""
+        return bool(np.isfinite(self.rms))
+
+    @property
     def tolerable(self) -> bool:
-        """Whether the reduced solution is used: also where full inertia could not be solved (rms is
-        not finite), for then there is no other."""
-        return not (np.isfinite(self.rms) and self.rms > self.tolerance)
+        """Whether the reduced solution is used: also without a solution with full inertia, for then
+        there is no other."""
+        return not (self.solved and self.rms > self.tolerance)
 
 
 def _responses(values: Values, layout: Layout, data: Data) -> list[Response]:
@@ -145,9 +150,14 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
     )
 
 
-def without_swings(problem: Problem) -> Problem:
-    """The problem without what inertia adds to slow motion."""
-    lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in problem.data.lanes)
+def without_swings(problem: Problem, names: Collection[str]) -> Problem:
+    """The problem without what inertia adds to the slow motion of the named runs."""
+
+    def cleared(lanes: Lanes, owners: tuple[int, ...]) -> Lanes:
+        there = np.array([problem.runs[i].name in names for i in owners])
+        return lanes._replace(swing=jnp.where(there[:, None], 0.0, lanes.swing))
+
+    lanes = tuple(map(cleared, problem.data.lanes, problem.lane_runs))
     return replace(problem, data=problem.data._replace(lanes=lanes))
 
 
@@ -158,7 +168,8 @@ def with_swings(problem: Problem, values: Values) -> Problem:
     Slow motion plus a constant is right at `values` and, to first order, near them: what stays is how
     the rotor's swings change with the parameters.
     """
-    problem = with_temperature_errors(without_swings(problem), values)
+    names = [run.name for run in problem.runs]
+    problem = with_temperature_errors(without_swings(problem, names), values)
     layout, data = problem.layout, problem.data
     slow = [
         problem.runs[i].name

@@ -30,6 +30,8 @@ STATISTICS = ("diverging", "n_steps", "acceptance_rate", "energy")
 """Of the sampler, by ArviZ's names."""
 PREDICTIVE_DRAWS = 200
 PRIOR_DRAWS = 1000
+SEVERAL_MODES = 1.2
+"""R-hat from which on chains are shown one by one: longer ones would hardly agree."""
 
 
 def _run_axis(problem: Problem, name: str) -> list[str]:
@@ -89,11 +91,24 @@ def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: in
     sampled = dataset[[name for name, _ in problem.layout.shapes]]
     rhat, ess = az.rhat(sampled), az.ess(sampled)
     for name in sampled.data_vars:
-        if float(rhat[name].max()) > MAX_RHAT:
-            found.append(f"R-hat of {name} is {float(rhat[name].max()):.4f}, over {MAX_RHAT}")
+        worst = float(rhat[name].max())
+        if worst > MAX_RHAT:
+            apart = _apart(sampled[name]) if worst > SEVERAL_MODES else ""
+            found.append(f"R-hat of {name} is {worst:.4f}, over {MAX_RHAT}{apart}")
         if float(ess[name].min()) < min_ess:
             found.append(f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {min_ess}")
     return found
+
+
+def _apart(quantity: xr.DataArray) -> str:
+    """Where each chain is, of a quantity on which they disagree."""
+    means = np.asarray(quantity.mean("draw"))
+    if means.ndim > 1:
+        means = means.reshape(len(means), -1)
+        means = means[:, np.argmax(means.std(axis=0))]
+    shown = ", ".join(f"{mean:.3g}" for mean in np.sort(means))
+    unit = quantity.attrs.get("units", "")
+    return f" (the chains' means: {shown} {unit}; the posterior may have several modes)"
 
 
 def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posterior:

@@ -20,6 +20,7 @@ from muscle_bayes.inference.model.reduction import (
     solved_adequately,
     with_inertia,
     with_swings,
+    without_swings,
 )
 from muscle_bayes.inference.posteriors.assemble import PREDICTIVE_DRAWS
 from muscle_bayes.inference.posteriors.posterior import Posterior
@@ -116,10 +117,13 @@ def _predict_part(
             there = [str(run) for run in group[f"{regime}_run"].to_numpy()]
             chosen = [there.index(run) for run in problem.site_runs[regime]]
             values[name] = thinned[name][:, jnp.asarray(chosen)]
-    kept = json.loads(posterior.tree.attrs["reduction"])
-    heavy = [run for run, error in kept.items() if not ReductionError(**error).tolerable]
+    stored = json.loads(posterior.tree.attrs["reduction"])
+    kept = {run: ReductionError(**error) for run, error in stored.items()}
+    heavy = [run for run, error in kept.items() if not error.tolerable]
     middle = _middle(problem, values)
     swung = with_swings(_pivoted(problem, values), middle)
+    # As the fit: it knew no swing where full inertia could not be solved.
+    swung = without_swings(swung, [run for run, error in kept.items() if not error.solved])
     return predict(with_inertia(swung, middle, heavy), values, seed)
 
 

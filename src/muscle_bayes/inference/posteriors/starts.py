@@ -11,9 +11,10 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
 
-from muscle_bayes.conventions import GRAVITY, STRAIN_EPSILON
+from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.model.density import lane_fits
 from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros_of
+from muscle_bayes.inference.model.muscle_prior import resting_hyst
 from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout, Problem
 from muscle_bayes.inference.posteriors.predict import Draws
 from muscle_bayes.inference.running.batches import of_rows
@@ -23,7 +24,7 @@ from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.springs import tensile_spring, tensile_strain
+from muscle_bayes.physics.springs import tensile_strain
 
 
 def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
@@ -56,17 +57,17 @@ def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:
                 centre = jnp.exp(centre)
             result[name] = jnp.broadcast_to(centre, (count, *shape))
     for lanes, regime in zip(problem.data.lanes, problem.layout.regimes, strict=True):
-        name = f"{regime}.hyst_force"
+        name = f"{regime}.hyst_lag"
         free = lanes.imposed is None
         if free and name in problem.data.priors and isinstance(lanes.plant.side_a, Muscle):
-            rest = partial(_resting_force, problem=problem, lanes=lanes, regime=regime)
-            force = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
-            result[name] = result[name].at[:, lanes.run].set(force)
+            rest = partial(_resting_lag, problem=problem, lanes=lanes, regime=regime)
+            lag = jax.vmap(rest)({key: result[key] for key, _ in problem.layout.shapes})
+            result[name] = result[name].at[:, lanes.run].set(lag)
     return result
 
 
-def _resting_force(values, *, problem: Problem, lanes: Lanes, regime: str):
-    """With what HYST's spring of every lane pulls at the first row if the rotor rests there [N]."""
+def _resting_lag(values, *, problem: Problem, lanes: Lanes, regime: str):
+    """By how much HYST of every lane lags at the first row if the rotor rests there."""
     physical = physical_of(values, problem.layout, problem.data)
     zeros = zeros_of(values, lanes, regime, cut=False)
     start = values[f"{regime}.start"]
@@ -75,14 +76,11 @@ def _resting_force(values, *, problem: Problem, lanes: Lanes, regime: str):
         plant = plant_of(lane.plant, physical, problem.layout)
         q = lane.scale * (start[lane.run] - zero)
         drive = lane.schedule.temperature[0, 0], lane.schedule.load[0]
-        hyst = jnp.maximum(_resting_hyst(plant, q, *drive), LEAST_SHARE * STRAIN_EPSILON)
-        return tensile_spring(hyst, values["stiffness_hyst"], values["F_hyst_min"])
+        return _resting_hyst(plant, q, *drive) - resting_hyst(problem.data.tension, values)
 
     return jax.vmap(one)(lanes, zeros)
 
 
-LEAST_SHARE = 0.1
-"""Least first strain of HYST, as a share of that over which its coils part."""
 SETTLING_SHARE = 0.3
 """Share of an unfitted run that tells its own unknowns; the rest is predicted. Of three cycles nearly
 one: from heating alone, zero and first stretch of HYST cannot be told apart."""

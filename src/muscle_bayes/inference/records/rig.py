@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data.metadata import Measured, Metadata
@@ -178,9 +178,8 @@ def tension_lever(run: Run) -> float:
     return 1.0 if linkage is None else abs(float(linkage.lever(jnp.asarray(0.0))))
 
 
-def first_strain(run: Run) -> float:
-    """Strain of the run's muscle at its first reading; side A's where both sides have one."""
+def strains(run: Run) -> Float[np.ndarray, " row"]:
+    """Strain of the run's muscle at every reading; side A's where both sides have one."""
     plant = rig(run.metadata)
     muscle = plant.side_a if isinstance(plant.side_a, Muscle) else plant.side_b
-    q = jnp.asarray(float(run.coordinate[0]))
-    return float(muscle.strain(q))
+    return np.asarray(muscle.strain(jnp.asarray(run.coordinate)))

@@ -44,7 +44,7 @@ def alternatives(
         for name, values in sorted(_levels(layout, data).items(), reverse=True)
         for value in np.asarray(values)
     ]
-    first = np.flatnonzero(np.char.endswith(names, ".hyst_force"))
+    first = np.flatnonzero(np.char.endswith(names, ".hyst_lag"))
     begun = point[first]
     usual = begun[::-1] if first.size == 2 else np.full(first.size, np.median(begun))
     return found + [(int(e), float(v), 1.0) for e, v in zip(first, usual, strict=True)]
