@@ -199,3 +199,47 @@ def test_raw_counts_are_asked_for_their_scale(log):
     assert run.duration == pytest.approx(5.98)
     assert run.coordinate[0] == pytest.approx(450 * 0.0017)
     assert "--radians-per-count" in init(log, "--position-unit", "counts", "--overwrite").stderr
+
+
+def test_a_unit_at_the_end_of_any_name(log):
+    rows = [f"{t / 1000},{x}" for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join(["time,laser_um", *rows]))
+    assert init(log, "--no-ask").exit_code == 0
+    assert read_run(log).unit == "um"
+
+
+DRIVEN = {
+    "motor's voltage": ("u_volt", [], ("applied", "u_volt", "applied_unit", "volt")),
+    "motor's current": ("current", [], ("applied", "current", "applied_unit", "A")),
+    "heated wire": (
+        "I (mA)",
+        ["--element", "muscle 0.12 0.01"],
+        ("power_a", "I (mA)", "power_unit", "mA"),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", DRIVEN)
+def test_what_drives_is_taken(log, kind):
+    name, options, (key, value, unit_key, unit) = DRIVEN[kind]
+    rows = [f"{t / 1000},{x},{0.01 * x},5" for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join([f"t,phi_deg,{name},battery_volt", *rows]))
+    result = init(log, "--no-ask", *options)
+    assert result.exit_code == 0, result.output
+    columns = read_run(log).metadata.columns
+    assert (getattr(columns, key), getattr(columns, unit_key)) == (value, unit)
+    assert "# not used: 'battery_volt', 5 to 5" in log.with_suffix(".toml").read_text()
+
+
+@pytest.mark.parametrize("lowest", [0, -(2**15)])
+def test_an_encoder_that_wraps(log, lowest):
+    ticks = np.arange(900) * 100
+    wrapped = (ticks - lowest) % 2**16 + lowest
+    rows = [f"{n / 100},{count}" for n, count in enumerate(wrapped)]
+    log.write_text("\n".join(["time,count", *rows]))
+    scale = ["--position-unit", "counts", "--radians-per-count", "0.001", "--zero-reading", "0"]
+    result = init(log, "--no-ask", *scale)
+    assert result.exit_code == 0, result.output
+    run = read_run(log)
+    assert run.coordinate == pytest.approx(0.001 * ticks)
+    assert [repair.rule for repair in run.repairs] == ["wrapped counter"]

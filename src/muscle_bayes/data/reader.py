@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from hashlib import sha256
+from math import pi
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,7 @@ from muscle_bayes.data.repairing.faults import (
 )
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
-from muscle_bayes.data.repairing.turns import unwrap_turns
+from muscle_bayes.data.repairing.turns import unwrap_position
 from muscle_bayes.data.run import COLUMNS, Run
 from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
@@ -229,8 +230,11 @@ def _repair(
         potentiometer = metadata.potentiometer
         step = potentiometer.resolution or 1.0
         drop_glitches(ledger, potentiometer.bits or CONVERTER_BITS, step)
+        if potentiometer.bits is not None:  # an encoder's counter; else the fixture's potentiometer
+            period = 2.0**potentiometer.bits
+            unwrap_position(ledger, period, "wrapped counter", "period of the counter")
     if metadata.output.kind == "angle":
-        unwrap_turns(ledger, metadata.output.factor)
+        unwrap_position(ledger, 2 * pi / metadata.output.factor, "wrapped angle", "turn")
     drop_jumps(ledger)
     check_position(ledger, units, metadata)
     for key in ("temperature_a", "temperature_b"):

@@ -1,5 +1,7 @@
 """Guess and answers -> the draft of NAME.toml."""
 
+import numpy as np
+
 from muscle_bayes.data.checking.column_units import contradicts
 from muscle_bayes.data.guessing.answers import (
     Answers,
@@ -51,6 +53,10 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
     why = "as answered" if answers.position_unit else "the log says so"
     draft.columns.append(Entry("position_unit", answers.position_unit or unit.text, why))
     _add_others(draft, guess, answers, {id(time), id(position)}, unit.kind)
+    _add_drive(draft, guess, {id(time), id(position)}, (answers.element or "").startswith("muscle"))
+    named = {entry.value for entry in draft.columns}
+    others = (column for column in guess.columns if column.reference not in named)
+    draft.unused = [f"{column.reference!r}, {_range(column)}" for column in others]
     if unit.kind == "counts":
         draft.potentiometer = [
             Entry("zero_reading", float(answers.zero_reading or 0.0), "counts, as answered"),
@@ -117,6 +123,37 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
             text = usual if column.unit is None else column.unit.text
             why = "taken, the log says none" if column.unit is None else "the log says so"
             draft.columns.append(Entry(f"{key}_unit", text, why))
+
+
+def _add_drive(draft: Draft, guess: Guess, used: set[int], has_muscle: bool) -> None:
+    """What is electric: of a muscle that no thermometer watches, the heater's; else a motor's."""
+    keys = {entry.key for entry in draft.columns}
+    heats = has_muscle and "temperature_a" not in keys
+    if not heats and "applied" in keys:
+        return
+    columns = [c for c in guess.likely("drive") if c.changes and id(c) not in used]
+    units = [c.unit or _electric(c) for c in columns]
+    fits = [
+        (column, unit)
+        for column, unit in zip(columns, units, strict=True)
+        if unit is not None and (heats or unit.kind != "power")
+    ]
+    if len(fits) != 1:
+        return
+    ((column, unit),) = fits
+    why = "taken, the log says none" if column.unit is None else "the log says so"
+    draft.columns.append(Entry("power_a" if heats else "applied", column.reference, _range(column)))
+    draft.columns.append(Entry("power_unit" if heats else "applied_unit", unit.text, why))
+
+
+def _electric(column: Column) -> Unit | None:
+    """The unit that a drive's name implies: of a current A, of a voltage V, of a duty what its size is."""
+    kinds = {"current": "A", "strom": "A", "voltage": "V", "spannung": "V"}
+    for word, text in kinds.items():
+        if word in column.name.lower():
+            return unit_of(text, ("current", "voltage"))
+    largest = float(np.nanmax(np.abs(column.values)))
+    return unit_of("duty" if largest <= 1.0 else "percent", ("duty",)) if largest <= 100.0 else None
 
 
 def _bits(column: Column) -> int:

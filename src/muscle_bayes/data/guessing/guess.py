@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.reading.frames import hdf5_rows, parquet_rows
 from muscle_bayes.data.reading.lvm import is_lvm, lvm_body
 from muscle_bayes.data.reading.text import split_lines
-
-_LOOKED_AT: Final = 400
 
 
 @dataclass
@@ -93,7 +91,7 @@ def guess_log(content: bytes, path: Path) -> Guess:
             parquet_rows(content, path) if suffix == ".parquet" else hdf5_rows(content, path, None)
         )
         header = rows[0][1]
-        layout = Layout(header=header, rows=rows[1 : _LOOKED_AT + 1], width=len(header))
+        layout = Layout(header=header, rows=rows[1:], width=len(header))
     elif is_lvm(content):
         skipped, _ = lvm_body(content, path, LogFormat())
         lines = split_lines(content.decode("utf-8-sig", "replace"))
@@ -102,7 +100,7 @@ def guess_log(content: bytes, path: Path) -> Guess:
     else:
         layout = guess_layout(content, path)
     decimal, thousands = decimal_of(layout)
-    rows = layout.rows[:_LOOKED_AT]
+    rows = layout.rows
     width = layout.width
     if decimal == "," and layout.header and width == 2 * len(layout.header):
         rows = [(n, [",".join(row[i : i + 2]) for i in range(0, width, 2)]) for n, row in rows]

@@ -22,7 +22,9 @@ _DECIMALS: Final[dict[str, tuple[tuple[str, str | None], ...]]] = {
 _OTHER: Final = ((".", None), (",", None), (".", ","), (",", "."))
 _TIME = re.compile(r"(\d{1,4}:)?\d{1,2}:\d{1,2}([.,]\d*)?|\d{4}-\d\d-\d\d[T ].*")
 _LOOKED_AT: Final = 400
-"""Lines that are looked at."""
+"""Lines that tell the layout."""
+_ROWS: Final = 20_000
+"""Most lines whose numbers are looked at."""
 _WORDS: Final = {"\t": "tab", " ": "space"}
 _RATE = re.compile(r"(sampl\w*[_ ]?(rate|freq\w*)|fs|rate|frequency)\W*", re.IGNORECASE)
 _KEY_VALUE = re.compile(r"^\W*([A-Za-z][\w ]*?)\s*(?:\([^)]*\))?\s*[:=]\s*([-+0-9.eE]+)\s*(\w*)")
@@ -146,7 +148,7 @@ def _find_header(
     path: Path,
 ) -> None:
     """Header, units row, first row and the lines above."""
-    rows = [parse_rows([line], separator)[0] for line in plain[:_LOOKED_AT]]
+    rows = [parse_rows([line], separator)[0] for line in plain[:_ROWS]]
     flat = [
         (n, cells[0][1] if cells else [line]) for (n, line), cells in zip(plain, rows, strict=False)
     ]

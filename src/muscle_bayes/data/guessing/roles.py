@@ -2,16 +2,14 @@
 
 import re
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from muscle_bayes.data.checking.column_units import meant_unit
 from muscle_bayes.data.reading.clock_formats import read_times
 from muscle_bayes.data.reading.header import SaidUnit, unit_in_name, unit_in_row, without_unit
-from muscle_bayes.data.units import Kind, Unit, any_unit, unit_of
-
-Role = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied", "none"]
+from muscle_bayes.data.units import EXAMPLES, Kind, Unit, any_unit, unit_of
 
 _NAMES: Final[tuple[tuple[str, str], ...]] = (
     ("time", r"t|time\w*|timestamp|zeit|temps|tiempo|elapsed\w*|clock|date\w*|seconds|millis"),
@@ -19,6 +17,7 @@ _NAMES: Final[tuple[tuple[str, str], ...]] = (
     ("temperature_a", r"temp\w*|t\d|.*temperatur\w*|.*muscle.*_c|celsius|heat\w*|t_\w+"),
     ("applied", r"(applied|drive\w*|motor)?_?(torque|force|kraft|drehmoment|tau)\w*"),
     ("load", r"load\w*|mass\w*|weight|masse|last"),
+    ("drive", r"(.*_)?(current|strom|voltage|spannung|pwm|duty)\w*"),
     (
         "position",
         r"(.*_)?(pos\w*|angle\w*|angular_position|winkel\w*|theta\w*|phi|x|y|q|disp\w*|weg|hoehe"
@@ -31,6 +30,7 @@ _KINDS: Final[dict[str, tuple[Kind, ...]]] = {
     "temperature_a": ("temperature",),
     "temperature_b": ("temperature",),
     "applied": ("force", "torque"),
+    "drive": ("current", "voltage", "duty", "power"),
     "load": ("mass",),
     "position": ("angle", "length"),
     "velocity": ("angular velocity", "velocity"),
@@ -45,7 +45,19 @@ _ROLE_OF: Final[dict[Kind, str]] = {
     "mass": "load",
     "force": "applied",
     "torque": "applied",
+    "current": "drive",
+    "voltage": "drive",
+    "power": "drive",
 }
+
+_PLAIN_SUFFIXES: Final = frozenset(
+    text
+    for kind in _ROLE_OF
+    if kind != "time"
+    for text in EXAMPLES[kind].split(", ")
+    if len(text) > 1
+) | {"volt", "volts", "amp", "amps", "watt", "watts"}
+"""Units that the end of any name may say, as laser_um does."""
 
 
 @dataclass
@@ -61,7 +73,7 @@ class Column:
     clock: str
     """how it reads as a time"""
     likely: str
-    """what it seems to hold: a role, velocity, or nothing"""
+    """what it seems to hold: a name of _NAMES, or nothing"""
     unit: Unit | None
     """what its name or the units row says"""
     said: list[SaidUnit]
@@ -130,7 +142,7 @@ def _role(name: str, said: list[SaidUnit]) -> tuple[str, Unit | None]:
             if (unit := meant_unit(one, _KINDS[role])) is not None:
                 return role, unit
     for one in said:
-        if not one.sure:
+        if not one.sure and one.text not in _PLAIN_SUFFIXES:
             continue
         unit = any_unit(one.text)
         if unit is not None and unit.kind in _ROLE_OF and len(one.text) > 1:

@@ -27,6 +27,8 @@ class Draft:
     fixture: list[Entry] = field(default_factory=list)
     element: list[Entry] = field(default_factory=list)
     load: list[Entry] = field(default_factory=list)
+    unused: list[str] = field(default_factory=list)
+    """columns of numbers that no key names, with their range"""
 
     def text(self, log: str) -> str:
         """The file's text; `log` is the log's name."""
@@ -48,6 +50,7 @@ class Draft:
         ):
             if entries:
                 extra = [_STOPS] if name == "fixture" else []
+                extra += [f"# not used: {one}" for one in self.unused if name == "columns"]
                 parts += [f"[{name}]", *map(_line, entries), *extra, ""]
         return "\n".join(parts[:-1]) + "\n"
 

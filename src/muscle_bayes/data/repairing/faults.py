@@ -66,19 +66,25 @@ def drop_glitches(ledger: Ledger, bits: int, step: float = 1.0) -> None:
         RunError: more than a few readings are none.
     """
     reading = ledger.columns["reading"]
-    most = 2**bits - 1
+    few, most = max(1, ledger.total // 1000), 2**bits - 1
+    signed = np.sum(reading < 0) > few and reading.min() >= -(2 ** (bits - 1))
+    if signed:  # two's complement, as an encoder's counter
+        most = 2 ** (bits - 1) - 1
+    low = -most - 1 if signed else 0
     off = np.abs(reading - np.rint(reading / step) * step)
-    mask = (reading < 0) | (reading > most) | (off > (0.0 if step == 1.0 else 1e-6))
-    if mask.sum() > max(1, ledger.total // 1000):
+    mask = (reading < low) | (reading > most) | (off > (0.0 if step == 1.0 else 1e-6))
+    if mask.sum() > few:
         first = int(np.flatnonzero(mask)[0])
         raise RunError.at(
             ledger.path,
             f"{reading[first]:g} is no {bits}-bit count, and {mask.sum()} rows have such readings",
-            f"log whole counts of 0..{most}, give the converter's potentiometer.bits, or set "
+            f"log whole counts of {low}..{most}, give the converter's potentiometer.bits, or set "
             "columns.position_unit to the unit it is in",
             row=int(ledger.lines[first]),
             column=ledger.names["reading"],
         )
     name = ledger.names["reading"]
-    ledger.record("glitch", mask, f"column {name!r} is no whole count of 0..{most}: row dropped")
+    ledger.record(
+        "glitch", mask, f"column {name!r} is no whole count of {low}..{most}: row dropped"
+    )
     ledger.drop(mask)

@@ -1,6 +1,5 @@
-"""Angles that are logged within one turn, and jump where the turn is full."""
+"""Positions that are logged within a period, a turn or a counter's, and jump where it is full."""
 
-from math import pi
 from typing import Final
 
 import numpy as np
@@ -8,26 +7,27 @@ import numpy as np
 from muscle_bayes.data.repairing.ledger import Ledger
 
 _FULL: Final = 0.1
-"""A jump of one turn within this share of it is a wrap."""
-_STEP: Final = pi / 2
-"""Between wraps the angle moves by less than this from row to row, rad."""
+"""A jump of one period within this share of it is a wrap."""
+_STEP: Final = 0.25
+"""Between wraps the position moves by less than this from row to row, in periods."""
 
 
-def unwrap_turns(ledger: Ledger, scale: float) -> None:
-    """Add or take a turn where an angle jumps by one (359 -> 0 deg, pi -> -pi), and report it.
+def unwrap_position(ledger: Ledger, period: float, rule: str, what: str) -> None:
+    """Add or take a period where a position jumps by one (359 -> 0 deg, 65535 -> 0), and report it.
 
-    Where the angle also moves fast, turns cannot be told from motion: nothing is changed.
+    Where the position also moves fast, periods cannot be told from motion: nothing is changed.
 
     Args:
         ledger: columns under repair, readings finite.
-        scale: rad in one unit of the readings.
+        period: in the unit of the readings.
+        rule: name of the repair.
+        what: the period, in words.
     """
-    turn = 2 * pi / scale
     reading = ledger.columns["reading"]
     step = np.diff(reading, prepend=reading[:1])
-    wraps = np.abs(np.abs(step) - turn) < _FULL * turn
-    if not wraps.any() or np.any(np.abs(step[~wraps]) * scale > _STEP):
+    wraps = np.abs(np.abs(step) - period) < _FULL * period
+    if not wraps.any() or np.any(np.abs(step[~wraps]) > _STEP * period):
         return
-    ledger.columns["reading"] = reading - np.cumsum(np.where(wraps, np.sign(step), 0.0)) * turn
+    ledger.columns["reading"] = reading - np.cumsum(np.where(wraps, np.sign(step), 0.0)) * period
     name = ledger.names["reading"]
-    ledger.note("wrapped angle", wraps, f"column {name!r} jumps by one turn: turn added or taken")
+    ledger.note(rule, wraps, f"column {name!r} jumps by one {what}: {what} added or taken")
