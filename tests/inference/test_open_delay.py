@@ -10,7 +10,7 @@ from muscle_bayes.data import Thermometer, read_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.problem import pose
-from muscle_bayes.inference.records.open_delay import with_open_delay
+from muscle_bayes.inference.records.open_delay import UNSTATED, with_open_delay
 
 DATA = Path(__file__).parents[2] / "data"
 EFFECT, PARAMETER = "clock-offset", "clock-offset.delay"
@@ -21,11 +21,24 @@ def logged(name, meter):
     return dataclasses.replace(run, metadata=run.metadata.model_copy(update={"thermometer": meter}))
 
 
-@pytest.mark.parametrize("meter", [None, Thermometer(delay=0.04)])
-def test_a_delay_that_is_known_is_not_estimated(meter):
-    run = logged("staircase-139g", meter)
+def test_a_delay_that_is_known_is_not_estimated():
+    run = logged("staircase-139g", Thermometer(delay=0.04))
     assert with_open_delay([run], ()) == ()
     assert EFFECT in applicable([run], ())
+
+
+@pytest.mark.parametrize("meter", [None, Thermometer()])
+def test_a_delay_that_nobody_stated_is_estimated(meter):
+    run = logged("staircase-139g", meter)
+    assert with_open_delay([run], ()) == (EFFECT,)
+    prior = pose([run], effects=(EFFECT,)).sites[PARAMETER].prior
+    assert float(prior.variance) ** 0.5 == pytest.approx(UNSTATED)
+
+
+def test_a_temperature_that_never_changes_tells_no_delay():
+    run = logged("staircase-139g", None)
+    cold = dataclasses.replace(run, table=run.table.assign(temperature_a=25.0))
+    assert with_open_delay([cold], ()) == ()
 
 
 def test_an_uncertain_delay_is_estimated_as_far_as_the_metadata_leave_it_open():
@@ -55,6 +68,6 @@ def test_calibration_is_of_the_model_that_is_fitted(tmp_path):
     log = tmp_path / "staircase-139g.csv"
     log.write_bytes((DATA / log.name).read_bytes())
     told = (DATA / "staircase-139g.toml").read_text(encoding="utf-8")
-    told += "\n[thermometer]\ndelay = 0.04\ndelay_uncertainty = 0.2\n"
+    told = told.replace("delay = 0.0", "delay = 0.04\ndelay_uncertainty = 0.2")
     log.with_suffix(".toml").write_text(told, encoding="utf-8")
     assert Template((log,)).problem().layout.effects == (EFFECT,)

@@ -47,28 +47,19 @@ def test_the_variance_of_the_course_is_that_of_repeated_logs() -> None:
     nodes = np.linspace(5.0, 55.0, 26)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     drawn = np.array([course(ROWS, logged(seed), middles).value for seed in range(60)])
-    stated = course_variance(ROWS, logged(0), nodes, delay_is_known=True)
+    stated = course_variance(ROWS, logged(0), nodes)
     assert np.median(stated) == pytest.approx(np.mean(drawn.var(axis=0)), rel=0.35)
 
 
-def test_a_delay_that_nobody_stated_counts_where_temperature_moves() -> None:
-    nodes = np.linspace(2.0, 50.0, 25)
-    known, unknown = (
-        course_variance(ROWS, logged(0), nodes, delay_is_known=known) for known in (True, False)
-    )
-    rate = 3.0 * np.exp(-0.5 * (nodes[1:] + nodes[:-1]) / 20.0)
-    np.testing.assert_allclose(unknown - known, (0.1 * PERIOD * rate) ** 2, rtol=0.4)
-
-
 def test_short_intervals_share_an_error() -> None:
-    coarse = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 11), delay_is_known=True)
-    fine = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 401), delay_is_known=True)
+    coarse = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 11))
+    fine = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 401))
     assert np.median(fine) == pytest.approx(MOST_TOGETHER * np.median(coarse), rel=0.1)
 
 
 def test_a_temperature_that_never_changes_has_none() -> None:
     still = np.full(ROWS.size, 25.0)
-    assert not course_variance(ROWS, still, np.linspace(0.0, 100.0, 11), delay_is_known=False).any()
+    assert not course_variance(ROWS, still, np.linspace(0.0, 100.0, 11)).any()
 
 
 def test_readings_widen_by_their_response_to_temperature() -> None:

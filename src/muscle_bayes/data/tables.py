@@ -73,7 +73,7 @@ class Thermometer(Table):
 
     delay: Annotated[float, Field(ge=-10, le=10)] | None = None
     """s by which temperatures are logged later than the readings of the same instant; absent =
-    unknown: fits take 0 and estimate it within delay_uncertainty"""
+    estimated about 0, within delay_uncertainty, or 1 s where that is absent too"""
     delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
 

@@ -21,6 +21,7 @@ def describe(rig: Rig, protocol: Protocol, load: tuple[list[float], list[float]]
         if element.kind != "none":
             for key in ("rotor_radius", "anchor_x", "anchor_y"):
                 table[f"{key}_{side}"] = getattr(fixture, f"{key}_{side}")
+    muscle = "muscle" in (rig.element_a.kind, rig.element_b.kind)
     times, masses = load
     return Metadata.model_validate(
         {
@@ -33,6 +34,7 @@ def describe(rig: Rig, protocol: Protocol, load: tuple[list[float], list[float]]
                 "zero_reading": rig.potentiometer.zero_reading,
                 "radians_per_count": rig.potentiometer.radians_per_count,
             },
+            **({"thermometer": {"delay": 0.0}} if muscle else {}),
             "element_a": _element(rig.element_a),
             "element_b": _element(rig.element_b),
             "load": {"time": tuple(times), "mass": tuple(masses)},

@@ -35,9 +35,12 @@ FIRST_SECONDS = 1.0
 CURVATURE_SPAN = 0.5
 """Instants this far apart tell how temperature bends, s."""
 FAST_BIN = 1 / 60
-"""Readings closer than this are averaged in fast runs, s: rotors swing at a few hertz."""
+"""Readings closer than this are averaged in fast runs, s, or fewer where they swing fast (`_per_bin`)."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
+BENT = 4e-3
+"""Averaging may cut off this share of the readings' spread: a swing is averaged over a twentieth of its
+period at most, as long as the solver's steps may be."""
 FAST_LONGEST = 3.0
 """Longest interval of a fast run, in these: a gap of the log is solved in as many as it takes."""
 FROZEN_READINGS = 20
@@ -225,14 +228,12 @@ def _slowing(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
 
 def _heat_variance(run: Run, nodes: np.ndarray) -> Float[np.ndarray, "interval 2"]:
     """Variance of both sides' temperature in each interval; 0 of a side without a muscle."""
-    meter = run.metadata.thermometer
-    stated = meter is not None and meter.delay is not None
     sides = []
     for side in "ab":
         values = run.table[f"temperature_{side}"].to_numpy()
         muscle = getattr(run.metadata, f"element_{side}").kind == "muscle"
         if muscle and heating(run, side) is None:
-            sides.append(course_variance(run.heat_time, values, nodes, delay_is_known=stated))
+            sides.append(course_variance(run.heat_time, values, nodes))
         else:
             sides.append(np.zeros(nodes.size - 1))
     return np.stack(sides, 1)
@@ -320,16 +321,52 @@ def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
+def _bend_of(means: np.ndarray) -> np.ndarray:
+    """What averaging over even bins adds to each mean but the ends: q'' h^2 / 24, by second differences."""
+    return (means[2:] - 2.0 * means[1:-1] + means[:-2]) / 24.0
+
+
+def _per_bin(reading: np.ndarray, most: int) -> int:
+    """Rows that are averaged: up to `most`, as long as the swing that is cut off stays below BENT.
+
+    Noise bends means too; its share is known from bins of one row, where it is most.
+    """
+    spread = float(reading.std())
+    noise = float(np.median(np.abs(np.diff(reading, 3)))) * 1.4826 / np.sqrt(20.0)
+    rows = most
+    while rows > 1:
+        means = reading[: reading.size // rows * rows].reshape(-1, rows).mean(1)
+        bend = float(np.mean(_bend_of(means) ** 2)) if means.size > 2 else 0.0
+        if bend - 6.0 * noise**2 / rows / 24.0**2 <= (BENT * spread) ** 2:
+            break
+        rows = max(1, int(rows / 1.25))
+    return rows
+
+
+def _unbent(time: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Means as the readings at their times: what averaging has cut off is put back."""
+    if mean.size < 3:
+        return mean
+    steps = np.diff(time)
+    even = np.abs(steps[1:] - steps[:-1]) < 0.2 * steps[1:]
+    whole = even & (weight[2:] > 1) & (weight[1:-1] > 1) & (weight[:-2] > 1)
+    restored = mean.copy()
+    restored[1:-1] -= np.where(whole, _bend_of(mean), 0.0)
+    return restored
+
+
 def fast_record(run: Run) -> Record:
     """Nodes at the (averaged) times of the readings, cut where the load changes, in gaps more."""
     time = run.table["time"].to_numpy()
     applied = run.table["applied"].to_numpy()
     width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
-    per_bin = max(1, int(width / float(np.median(np.diff(time)))))
+    most = max(1, int(width / float(np.median(np.diff(time)))))
+    per_bin = _per_bin(run.table["reading"].to_numpy(), most)
     # The first row is a bin of its own: spring runs are released there.
     owner = (np.arange(time.size) + per_bin - 1) // per_bin
     size = int(owner[-1]) + 1
     mean_time, mean, weight, coarse = _observations(run, owner, size)
+    mean = _unbent(mean_time, mean, weight)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
     own = np.union1d(mean_time, jumps)
     added = np.setdiff1d(np.union1d(own, _bridges(own, FAST_LONGEST * width)), mean_time)

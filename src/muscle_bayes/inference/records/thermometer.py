@@ -120,8 +120,6 @@ def deceleration(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nda
 EQUIVALENT = 1.25
 """Integral of the squared equivalent kernel of local quadratic regression with Epanechnikov weights.
 Source: Fan and Gijbels, Local Polynomial Modelling and Its Applications (1996), table 3.3."""
-LATE_SHARE = 0.1
-"""Standard deviation of a delay that nobody stated, in periods of the meter."""
 MOST_TOGETHER = 4.0
 """Intervals over which an error lasts count as at most this many."""
 
@@ -143,14 +141,13 @@ def meter_noise(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def course_variance(
-    time: np.ndarray, values: np.ndarray, nodes: np.ndarray, *, delay_is_known: bool
+    time: np.ndarray, values: np.ndarray, nodes: np.ndarray
 ) -> Float[np.ndarray, " interval"]:
     """Variance of `course` in each interval between nodes, as independent from one to the next [C^2].
 
-        var = s^2 R / (m h) + (dT/dt)^2 d^2
+        var = s^2 R / (m h)
 
-    s: `meter_noise`; m: updates a second; h: half width of the window; d: uncertainty of a delay that
-    is not stated. An error lasts for h, over several short intervals: each counts for as many.
+    s: `meter_noise`; m: updates a second; h: half width of the window. An error lasts for h, over several short intervals: each counts for as many.
     """
     when, _ = updates(time, values)
     if when.size < LEAST_READINGS:
@@ -158,7 +155,5 @@ def course_variance(
     period = float(np.median(np.diff(when)))
     width = max(WINDOW, 0.5 * LEAST_READINGS * period)
     smoothed = meter_noise(time, values) ** 2 * EQUIVALENT * period / width
-    late = 0.0 if delay_is_known else LATE_SHARE * period
-    rate = course(time, values, 0.5 * (nodes[1:] + nodes[:-1])).rate
     together = np.clip(width / np.maximum(np.diff(nodes), 1e-9), 1.0, MOST_TOGETHER)
-    return together * (smoothed + (late * rate) ** 2)
+    return together * smoothed
