@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import Run, Thermometer, read_run
+from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.records.record import JOLT, fast_record, segments, slow_record
@@ -129,3 +130,18 @@ def test_runs_that_something_restores_are_not_cut() -> None:
     run = read_run(DATA / "spring-1.csv")
     record = fast_record(run)
     assert segments(run, record) == [record]
+
+
+@pytest.mark.parametrize("hertz", [0.5, 5.0, 30.0])
+def test_a_swing_is_not_averaged_away(hertz):
+    time = np.arange(0.0, 2.0, 5e-4)
+    rows = "".join(f"{t:.6g},{np.cos(2 * np.pi * hertz * t):.6f}\n" for t in time)
+    about = (
+        'format = 1\nprotocol = "free"\norigin = "synthetic"\n[columns]\ntime = "t"\n'
+        'position = "q"\nposition_unit = "rad"\n[element_a]\nkind = "spring"\nlinkage = "torsion"\n'
+    )
+    run = run_from_bytes(f"t,q\n{rows}".encode(), about.encode(), Path("q.csv"), Path("q.toml"))
+    record = fast_record(run)
+    swing = np.cos(2 * np.pi * hertz * record.time)
+    assert np.quantile(np.abs(record.reading - swing), 0.95) < 3e-4
+    assert record.time.size >= min(30 * hertz * 2.0, 100)

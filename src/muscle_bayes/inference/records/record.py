@@ -38,9 +38,9 @@ FAST_BIN = 1 / 60
 """Readings closer than this are averaged in fast runs, s, or fewer where they swing fast (`_per_bin`)."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
-BENT = 4e-3
-"""Averaging may cut off this share of the readings' spread: a swing is averaged over a twentieth of its
-period at most, as long as the solver's steps may be."""
+BENT = 1.8e-3
+"""Averaging may cut off this share of the readings' spread: a swing is averaged over a thirtieth of its
+period at most, and the solver's steps follow it."""
 FAST_LONGEST = 3.0
 """Longest interval of a fast run, in these: a gap of the log is solved in as many as it takes."""
 FROZEN_READINGS = 20
@@ -321,9 +321,12 @@ def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _bend_of(means: np.ndarray) -> np.ndarray:
-    """What averaging over even bins adds to each mean but the ends: q'' h^2 / 24, by second differences."""
-    return (means[2:] - 2.0 * means[1:-1] + means[:-2]) / 24.0
+def _bend_of(means: np.ndarray, rows: np.ndarray | float) -> np.ndarray:
+    """What averaging over `rows` adds to each mean but the ends: q'' h^2 (1 - 1 / rows^2) / 24.
+
+    q'' h^2 from second differences of means h apart.
+    """
+    return (means[2:] - 2.0 * means[1:-1] + means[:-2]) * (1.0 - 1.0 / rows**2) / 24.0
 
 
 def _per_bin(reading: np.ndarray, most: int) -> int:
@@ -336,7 +339,7 @@ def _per_bin(reading: np.ndarray, most: int) -> int:
     rows = most
     while rows > 1:
         means = reading[: reading.size // rows * rows].reshape(-1, rows).mean(1)
-        bend = float(np.mean(_bend_of(means) ** 2)) if means.size > 2 else 0.0
+        bend = float(np.mean(_bend_of(means, rows) ** 2)) if means.size > 2 else 0.0
         if bend - 6.0 * noise**2 / rows / 24.0**2 <= (BENT * spread) ** 2:
             break
         rows = max(1, int(rows / 1.25))
@@ -349,9 +352,9 @@ def _unbent(time: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarra
         return mean
     steps = np.diff(time)
     even = np.abs(steps[1:] - steps[:-1]) < 0.2 * steps[1:]
-    whole = even & (weight[2:] > 1) & (weight[1:-1] > 1) & (weight[:-2] > 1)
+    whole = even & (weight[2:] > 0) & (weight[1:-1] > 0) & (weight[:-2] > 0)
     restored = mean.copy()
-    restored[1:-1] -= np.where(whole, _bend_of(mean), 0.0)
+    restored[1:-1] -= np.where(whole, _bend_of(mean, np.maximum(weight[1:-1], 1.0)), 0.0)
     return restored
 
 

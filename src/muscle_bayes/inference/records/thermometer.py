@@ -147,7 +147,8 @@ def course_variance(
 
         var = s^2 R / (m h)
 
-    s: `meter_noise`; m: updates a second; h: half width of the window. An error lasts for h, over several short intervals: each counts for as many.
+    s: `meter_noise`; m: updates a second; h: half width of the window. An error lasts for h, over several
+    short intervals: each counts for as many.
     """
     when, _ = updates(time, values)
     if when.size < LEAST_READINGS:

@@ -32,7 +32,7 @@ class VoltageDrive(Actuator):
         ),
         "back_emf": Unknown(
             unit="N m s or N s/m",
-            prior=lambda size: dist.HalfNormal(size.force / size.speed),
+            prior=lambda size: dist.HalfNormal(10.0 * size.force / size.speed),
             meaning="torque (force) lost per unit of speed to the motor's own voltage",
         ),
     }
