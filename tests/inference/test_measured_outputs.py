@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
 import muscle_bayes as mb
 from muscle_bayes.data import Run, RunError
 from muscle_bayes.data.reader import run_from_bytes
+from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.summary import summarise
 
@@ -101,3 +103,31 @@ def test_a_static_curve_needs_no_time() -> None:
     found = summarise(mb.fit([run], effort="quick", progress=False))["parameters"]
     assert abs(found["element_a.rate"]["mean"] - 300.0) < 4.0 * found["element_a.rate"]["sd"]
     assert found["element_a.rate"]["sd"] < 3.0
+
+
+def test_a_thermometer_beside_a_heater_is_explained() -> None:
+    """dT/dt = 0.9 P - (T - 25) / 30 in small steps of its own; the thermometer is read late."""
+    time, heat = np.arange(0.0, 120.0, 0.1), [25.0]
+    power = np.where(np.mod(time, 60.0) < 30.0, 1.5, 0.2)
+    for watts in power[:-1].repeat(10):
+        heat.append(heat[-1] + 0.01 * (0.9 * watts - (heat[-1] - 25.0) / 30.0))
+    seen = np.interp(time - 0.7, time, heat[::10]) + 0.1 * np.random.default_rng(1).normal(size=1200)
+    about = HEAD.replace("PROTOCOL", "imposed") + 'force = "f"\npower_a = "p"\ntemperature_a = "c"\n'
+    about += '[fixture]\nmotion = "linear"\n[thermometer]\ndelay = 0.7\n[element_a]\nkind = "muscle"\n'
+    about += 'linkage = "straight"\nbase_length = 0.1\nlength_at_zero = 0.12\n'
+    run = read({"t": time, "f": 2.0 + 0.01 * np.sin(time), "p": power, "c": seen}, about)
+    problem = pose([run])
+    assert [one.name for one in problem.runs] == ["pull-force", "pull-temperature-a"]
+    assert problem.layout.regimes == ("imposed", "heated")
+    assert {"heater_a.heating_rate", "heater_a.cooling_time", "heated.noise"} <= set(problem.sites)
+    assert "clock-offset.delay" not in problem.sites
+    values = {
+        name: np.asarray(site.prior.mean) * np.ones(site.prior.shape())
+        for name, site in problem.sites.items()
+    }
+    values |= {"heater_a.heating_rate": np.asarray(0.9), "heater_a.cooling_time": np.asarray(30.0)}
+    with jax.enable_x64(True):
+        told = predictions(values, problem.layout, problem.data)[1].reading[0]
+    lanes = problem.data.lanes[1]
+    away = np.asarray(lanes.reading[0] - told)[np.asarray(lanes.weight[0]) > 0]
+    assert np.sqrt(np.mean(away**2)) < 0.15

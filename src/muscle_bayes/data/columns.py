@@ -48,8 +48,8 @@ class Columns(Table):
     temperature_unit: str | None = None
     """of both; absent = degC"""
     power_a: ColumnName | None = None
-    """what heats element_a, where no thermometer shows its temperature: power, current, voltage or duty
-    of the heater, which [heater_a] turns into a temperature"""
+    """what heats element_a: power, current, voltage or duty of the heater, which [heater_a] turns into a
+    temperature; that of temperature_a is then a measured output"""
     power_b: ColumnName | None = None
     power_unit: str | None = None
     """of both; absent = W"""

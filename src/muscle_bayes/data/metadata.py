@@ -22,7 +22,7 @@ Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
 POWER_KINDS: tuple[Kind, ...] = ("power", "current", "voltage", "duty")
 """What may heat a muscle."""
 Origin = Literal["synthetic", "measured"]
-Measured = Literal["position", "velocity", "force"]
+Measured = Literal["position", "velocity", "force", "temperature"]
 
 
 class Metadata(Table):
@@ -230,14 +230,6 @@ class Metadata(Table):
             if getattr(self, f"element_{side}").kind != "muscle":
                 raise ValueError(
                     f"columns.power_{side}: heats element_{side}, which is no muscle; remove it"
-                )
-            if (
-                self.columns is not None
-                and getattr(self.columns, f"temperature_{side}") is not None
-            ):
-                raise ValueError(
-                    f"columns.power_{side}: given together with temperature_{side}, which says what "
-                    "the power would; keep the temperature"
                 )
 
     def _check_drive(self) -> None:

@@ -6,6 +6,7 @@ from functools import cached_property
 from html import escape
 from math import inf
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from muscle_bayes.data.heater_columns import HEATER_COLUMNS
 from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.repairing.clock import gaps
 from muscle_bayes.data.repairing.ledger import Repair
-from muscle_bayes.data.sensor import Sensor, force_sensor_of, sensor_of
+from muscle_bayes.data.sensor import Sensor, force_sensor_of, grid_step, sensor_of
 
 COLUMNS = (
     "time",
@@ -64,7 +65,10 @@ class Run:
     clock: str = "number"
     """how the log gives time: number, hms, iso, pattern, or rate (no time column)"""
     imposed: np.ndarray | None = None
-    """coordinate of each row, rad or m, where the readings are of a force and the motion is as logged"""
+    """coordinate of each row, rad or m, where readings are of a force or a temperature and the motion is
+    as logged"""
+    heated: Literal["a", "b"] | None = None
+    """the side whose temperature the readings are of; None: of a position, its rate, or a force"""
     own_times: Mapping[str, np.ndarray] = field(default_factory=dict)
     """column -> times of its own readings, s on the table's clock, of sensors slower than the rows;
     the table holds straight lines between them (of loads and applied forces the last value)"""
@@ -90,7 +94,7 @@ class Run:
     @property
     def unit(self) -> str:
         """Unit of the readings."""
-        return self.metadata.position_unit if self.imposed is None else self.metadata.force_unit
+        return self.output_sensor.unit
 
     @property
     def has_force(self) -> bool:
@@ -112,6 +116,12 @@ class Run:
         table = self.table.assign(reading=self.table["force"], force=np.nan)
         return replace(self, name=f"{self.name}-force", table=table, imposed=self.coordinate)
 
+    def of_temperature(self, side: Literal["a", "b"]) -> "Run":
+        """The run whose readings are a side's temperature beside its heater's power [C], dated back."""
+        seen = np.interp(self.table["time"], self.heat_time, self.table[f"temperature_{side}"])
+        name, table = f"{self.name}-temperature-{side}", self.table.assign(reading=seen)
+        return replace(self, name=name, table=table, imposed=self.coordinate, heated=side)
+
     @cached_property
     def heat_time(self) -> np.ndarray:
         """When the rows' temperatures were measured, s on the table's clock, shape (rows,)."""
@@ -120,9 +130,12 @@ class Run:
 
     @cached_property
     def output_sensor(self) -> Sensor:
-        """Conversion between readings and what was measured: the coordinate, or its rate."""
+        """Conversion between readings and what was measured."""
+        readings = self.table["reading"].to_numpy()
+        if self.heated is not None:
+            return Sensor("degC", 0.0, 1.0, 1, grid_step(readings), 0.0)
         make = sensor_of if self.imposed is None else force_sensor_of
-        return make(self.metadata, self.table["reading"].to_numpy())
+        return make(self.metadata, readings)
 
     @property
     def sensor(self) -> Sensor:
@@ -138,7 +151,9 @@ class Run:
 
     @property
     def measured(self) -> Measured:
-        """Whether readings are of the coordinate, of its rate, or of a force."""
+        """What the readings are of."""
+        if self.heated is not None:
+            return "temperature"
         return self.metadata.measured if self.imposed is None else "force"
 
     @property

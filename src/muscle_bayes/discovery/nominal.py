@@ -18,7 +18,7 @@ from muscle_bayes.inference.search.mode import find_mode
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.pivots import pivoted
 
-TOLERATED = {"slow": 0.15, "fast": 0.3, "imposed": 0.3}
+TOLERATED = {"slow": 0.15, "fast": 0.3, "imposed": 0.3, "heated": 0.3}
 """Lasting misfit that counts as none, in standard deviations of a reading's noise: temperatures between
 readings are guessed, and rounding biases the readings of a rotor at rest."""
 

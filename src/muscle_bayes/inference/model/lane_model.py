@@ -19,6 +19,7 @@ from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.heater import LoggedTemperature
 from muscle_bayes.physics.imposed import imposed_response
 from muscle_bayes.physics.muscle import MuscleParameters
+from muscle_bayes.physics.outputs import Temperature
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.response import (
     Response,
@@ -157,7 +158,9 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
         lane = heated(lane, inputs.physical.parts)
         schedule = lane.schedule
         q = plant.located(shown, both, schedule.first)
-        if lane.imposed is not None:
+        if isinstance(lane.output, Temperature):
+            response = lane.output.response(schedule)
+        elif lane.imposed is not None:
             response = imposed_response(plant, schedule, lane.imposed, both)
         elif lane.fine is not None:
             response = refined_response(plant, lane.fine, q, both)

@@ -71,7 +71,7 @@ def fixture_sites(runs: Sequence[Run], friction: Friction, size: Scales) -> dict
     linear = any(run.metadata.fixture.motion == "linear" for run in runs)
     unit, middle = ("kg", size.force / GRAVITY) if linear else ("kg m^2", 3e-3)
     sites: dict[str, Site] = {}
-    if all(run.measured == "force" for run in runs):
+    if all(run.imposed is not None for run in runs):
         return sites
     if any(run.metadata.fixture.inertia is None for run in runs):
         sites["J"] = Site(dist.LogNormal(np.log(middle), 2.0), unit, "inertia of the rotor")
@@ -171,7 +171,7 @@ def run_sites(
     if uncertain.any() or nominal.any():  # else all readings are of q itself
         spread = np.maximum(uncertain, EXACT * level)
         sites["zero"] = Site(dist.Normal(nominal, spread), runs[0].unit, "reading at q = 0")
-    if regime != "imposed":
+    if regime in ("fast", "slow"):
         first = np.array([record.start_reading for record in records])
         spread = np.sqrt(level**2 + quantum**2 / 12.0)
         sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
@@ -183,7 +183,7 @@ def run_sites(
         sites["speed"] = Site(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
-    if any(has_muscle(run) for run in runs):
+    if regime != "heated" and any(has_muscle(run) for run in runs):
         sites["hyst_lag"] = Site(
             dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs)),
             "1",

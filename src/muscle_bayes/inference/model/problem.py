@@ -33,10 +33,15 @@ from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
 
-TYPICAL_MISFIT_TIME: dict[Regime, float] = {"fast": 0.1, "slow": 20.0, "imposed": 1.0}
+TYPICAL_MISFIT_TIME: dict[Regime, float] = {
+    "fast": 0.1,
+    "slow": 20.0,
+    "imposed": 1.0,
+    "heated": 5.0,
+}
 """Prior median of how long misfit lasts, s."""
 
-LONGEST: dict[Regime, float] = {"fast": 1e4, "slow": 1e6, "imposed": 1e6}
+LONGEST: dict[Regime, float] = {"fast": 1e4, "slow": 1e6, "imposed": 1e6, "heated": 1e6}
 """Longest run that is fitted, s: gaps are solved as finely as readings."""
 FEWEST_READINGS = 5
 """Mean readings of the shortest run that is fitted."""
@@ -303,7 +308,7 @@ def pose(
         groups: dict[tuple, list[int]] = {}
         for i in members:
             about = runs[i].metadata
-            structure = jax.tree.structure((rig(about), heaters_of(about)))
+            structure = jax.tree.structure((rig(about), heaters_of(about), output_of(runs[i])))
             groups.setdefault((structure, len(pieces[i]) > 1), []).append(i)
         for (_, cut), group in groups.items():
             flat = [(i, piece) for i in group for piece in pieces[i]]

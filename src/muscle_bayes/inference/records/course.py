@@ -22,7 +22,7 @@ def course_of(run: Run, record: Record) -> Motion:
     """The motion that a run's record shows: differences of positions, or velocities and their sum."""
     seen = record.weight > 0
     shown, steps = run.output_sensor.coordinate(record.reading[seen]), np.diff(record.time[seen])
-    if run.measured == "force":
+    if run.imposed is not None:
         q, time = run.coordinate, run.table["time"].to_numpy()
         return Motion(q, np.diff(q) / np.diff(time))
     if run.measured == "position":

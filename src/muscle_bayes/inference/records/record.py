@@ -440,4 +440,5 @@ _RECORDS: dict[Regime, Callable[[Run], Record]] = {
     "fast": fast_record,
     "slow": slow_record,
     "imposed": imposed_record,
+    "heated": imposed_record,
 }

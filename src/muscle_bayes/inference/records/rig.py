@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Mapping
+from typing import Literal
 
 import jax
 import jax.numpy as jnp
@@ -16,10 +17,11 @@ from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.physics.elements import Arm, Element, Instant, Muscle, NoElement
 from muscle_bayes.physics.friction import CoulombFriction, FrictionLaw
 from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.outputs import Output, Position, Tension, Velocity
+from muscle_bayes.physics.outputs import Output, Position, Temperature, Tension, Velocity
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.unknown import UNKNOWN, Part
 
+SIDES: tuple[Literal["a", "b"], ...] = ("a", "b")
 OUTPUTS: dict[Measured, Output] = {
     "position": Position(),
     "velocity": Velocity(),
@@ -99,15 +101,27 @@ def _where_unknown(stated: Array | float, value: Array | float | None) -> Array 
 def outputs_of(run: Run) -> tuple[Run, ...]:
     """A run of each quantity that was measured and is to be explained.
 
-    The coordinate (or its rate), but where it is imposed; and the force, at the coordinate as logged.
+    The coordinate (or its rate), but where it is imposed; the force, at the coordinate as logged; and the
+    temperatures of muscles that power heats.
     """
-    force = (run.of_force(),) if run.has_force and run.measured != "force" else ()
-    return force if run.metadata.protocol == "imposed" and force else (run, *force)
+    if run.imposed is not None:
+        return (run,)
+    force = (run.of_force(),) if run.has_force else ()
+    heat = tuple(run.of_temperature(side) for side in SIDES if _has_thermometer(run, side))
+    moves = () if run.metadata.protocol == "imposed" and force else (run,)
+    return (*moves, *force, *heat)
+
+
+def _has_thermometer(run: Run, side: str) -> bool:
+    """Whether a thermometer shows the temperature of a side that power heats."""
+    columns = run.metadata.columns
+    powered = columns is not None and run.metadata.is_heated_by_power(side)
+    return powered and getattr(columns, f"temperature_{side}") is not None
 
 
 def output_of(run: Run) -> Output:
     """What the run's readings are of."""
-    return OUTPUTS[run.measured]
+    return Temperature(SIDES.index(run.heated)) if run.heated else OUTPUTS[run.measured]
 
 
 def has_muscle(run: Run) -> bool:
@@ -126,6 +140,8 @@ def driving_force(run: Run) -> float:
     That of load, drive and arms; of springs where there is nothing else. What is not stated is left
     out; 0 where nothing is.
     """
+    if run.measured == "temperature":
+        return 0.0
     if run.measured == "force":
         return float(abs(run.output).max()) * tension_lever(run)
     plant, table = rig(run.metadata), run.table
