@@ -111,9 +111,15 @@ def test_a_thermometer_beside_a_heater_is_explained() -> None:
     power = np.where(np.mod(time, 60.0) < 30.0, 1.5, 0.2)
     for watts in power[:-1].repeat(10):
         heat.append(heat[-1] + 0.01 * (0.9 * watts - (heat[-1] - 25.0) / 30.0))
-    seen = np.interp(time - 0.7, time, heat[::10]) + 0.1 * np.random.default_rng(1).normal(size=1200)
-    about = HEAD.replace("PROTOCOL", "imposed") + 'force = "f"\npower_a = "p"\ntemperature_a = "c"\n'
-    about += '[fixture]\nmotion = "linear"\n[thermometer]\ndelay = 0.7\n[element_a]\nkind = "muscle"\n'
+    seen = np.interp(time - 0.7, time, heat[::10]) + 0.1 * np.random.default_rng(1).normal(
+        size=1200
+    )
+    about = (
+        HEAD.replace("PROTOCOL", "imposed") + 'force = "f"\npower_a = "p"\ntemperature_a = "c"\n'
+    )
+    about += (
+        '[fixture]\nmotion = "linear"\n[thermometer]\ndelay = 0.7\n[element_a]\nkind = "muscle"\n'
+    )
     about += 'linkage = "straight"\nbase_length = 0.1\nlength_at_zero = 0.12\n'
     run = read({"t": time, "f": 2.0 + 0.01 * np.sin(time), "p": power, "c": seen}, about)
     problem = pose([run])

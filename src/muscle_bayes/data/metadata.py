@@ -7,7 +7,15 @@ from pydantic import model_validator
 from muscle_bayes.data.columns import Columns
 from muscle_bayes.data.elements import ArmElement, Element, NoElement, SpringElement, Table
 from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.tables import Drive, Fixture, Heater, Load, Potentiometer, Thermometer
+from muscle_bayes.data.tables import (
+    Drive,
+    Fixture,
+    Heater,
+    Load,
+    Potentiometer,
+    Thermometer,
+    ThermometerLog,
+)
 from muscle_bayes.data.units import (
     COUNTS,
     Kind,
@@ -39,6 +47,7 @@ class Metadata(Table):
     fixture: Fixture = Fixture()
     potentiometer: Potentiometer | None = None
     thermometer: Thermometer | None = None
+    thermometer_log: ThermometerLog | None = None
     log: LogFormat = LogFormat()
     columns: Columns | None = None
     element_a: Element
@@ -113,6 +122,7 @@ class Metadata(Table):
     def _tables_agree(self) -> "Metadata":
         self._check_position()
         self._check_columns()
+        self._check_thermometer_log()
         self._check_load()
         self._check_drive()
         self._check_heaters()
@@ -153,8 +163,7 @@ class Metadata(Table):
             for key in (
                 "time",
                 "position",
-                "temperature_a",
-                "temperature_b",
+                *(() if self.thermometer_log else ("temperature_a", "temperature_b")),
                 "load",
                 "power_a",
                 "power_b",
@@ -173,6 +182,16 @@ class Metadata(Table):
                     f"columns.applied_unit: {columns.applied_unit!r} does not fit fixture.motion = "
                     f"{self.fixture.motion!r}; use one such as {examples(fits)}"
                 )
+
+    def _check_thermometer_log(self) -> None:
+        columns = self.columns
+        if self.thermometer_log is None:
+            return
+        if columns is None or (columns.temperature_a, columns.temperature_b) == (None, None):
+            raise ValueError(
+                "thermometer_log: given, but no column of it is named; name columns.temperature_a, or "
+                "remove [thermometer_log]"
+            )
 
     def _check_force(self, columns: Columns) -> None:
         if self.protocol == "imposed" and columns.force is None:

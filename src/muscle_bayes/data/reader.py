@@ -39,6 +39,7 @@ from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
 from muscle_bayes.data.repairing.turns import unwrap_position
 from muscle_bayes.data.run import COLUMNS, Run
+from muscle_bayes.data.second_log import joined, of_first, of_second, path_of
 from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
 
@@ -76,9 +77,17 @@ def run_from_bytes(log: bytes, about: bytes, log_path: Path, metadata_path: Path
     Raises RunError.
     """
     metadata = parse_metadata(about, metadata_path)
-    raw = parse_any(log, log_path, metadata)
+    if metadata.thermometer_log is None:
+        return _read(log, metadata, log_path, about)
+    beside = path_of(log_path, metadata)
+    other = _read(read_bytes(beside, "the log of temperatures"), of_second(metadata), beside, b"")
+    return joined(_read(log, of_first(metadata), log_path, about), other, metadata)
+
+
+def _read(log: bytes, metadata: Metadata, path: Path, about: bytes) -> Run:
+    raw = parse_any(log, path, metadata)
     with np.errstate(over="ignore", invalid="ignore"):
-        return _run(raw, metadata, log_path, sha256(log + about).hexdigest())
+        return _run(raw, metadata, path, sha256(log + about).hexdigest())
 
 
 def _run(raw: RawLog, metadata: Metadata, path: Path, checksum: str) -> Run:

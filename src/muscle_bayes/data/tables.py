@@ -7,7 +7,9 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
 from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.mass import check_mass
+from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import examples, unit_of
 
 
@@ -76,6 +78,35 @@ class Thermometer(Table):
     estimated about 0, within delay_uncertainty, or 1 s where that is absent too"""
     delay_uncertainty: Annotated[float, Field(ge=0, le=10)] = 0.0
     """standard uncertainty of the delay, s; above 0, fits estimate what the delay is off by"""
+
+
+class ThermometerLog(Table):
+    """A log of the temperatures, where another instrument wrote it on a clock of its own.
+
+    [columns] then names the temperatures' columns in that file.
+    """
+
+    file: str
+    """name of the file, beside the log"""
+    time: ColumnName | None = None
+    """absent only where its own `log` gives a sample_rate"""
+    time_unit: str | None = None
+    """absent = s"""
+    offset: Finite | None = None
+    """s by which its clock is ahead of the log's; absent = found by aligning both, and estimated"""
+    log: LogFormat | None = None
+    """how that file is written, as [log]; absent = a plain CSV"""
+
+    @model_validator(mode="after")
+    def _has_a_time(self) -> "ThermometerLog":
+        if self.time is None and (self.log is None or self.log.sample_rate is None):
+            raise ValueError("time: missing; name the time column of that file")
+        if self.time_unit is not None and unit_of(self.time_unit, ("time",)) is None:
+            raise ValueError(
+                f"time_unit: {self.time_unit!r} is no unit of time; "
+                f"give one such as {examples(('time',))}"
+            )
+        return self
 
 
 class Heater(Table):
