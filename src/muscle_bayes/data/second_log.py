@@ -17,8 +17,8 @@ ALIGNED = 5.0
 """Standard uncertainty of an offset that was found by aligning both logs, s."""
 _COVERED = 0.6
 """Least share of the log's time for which the other holds temperatures."""
-_ROWS = 1000
-"""Rows that are aligned."""
+_BINS = 1000
+"""Means of the log that are aligned, at most."""
 _OFFSETS = 2000
 """Offsets that are tried."""
 _TEMPERATURES = ("temperature_a", "temperature_b")
@@ -47,7 +47,7 @@ def of_second(metadata: Metadata) -> Metadata:
 def joined(first: Run, second: Run, metadata: Metadata) -> Run:
     """A run with the temperatures of another log on its rows, and its repairs beside its own.
 
-    An offset that is not stated is the one at which a parabola in temperature explains the readings
+    An offset that is not stated is the one at which changes of temperature explain those of the readings
     best. What it is off by stays open within ALIGNED: fits estimate it (`clock-offset`).
 
     Raises:
@@ -88,13 +88,15 @@ def joined(first: Run, second: Run, metadata: Metadata) -> Run:
 
 
 def _aligned(first: Run, second: Run, at: Floats, when: Floats) -> float:
-    """The offset [s] at which a parabola in the other log's temperature explains most of the readings."""
+    """The offset [s] at which the other log's temperature explains most of how the readings change."""
     shown = first.table["force" if first.has_force else "reading"].to_numpy()
     heat = next(
         second.table[key].to_numpy() for key in _TEMPERATURES if np.ptp(second.table[key]) > 0.0
     )
-    few = np.linspace(0, at.size - 1, min(at.size, _ROWS)).astype(int)
-    at, shown = at[few], shown[few]
+    parts = min(at.size, _BINS)
+    at, shown = (
+        np.array([part.mean() for part in np.array_split(values, parts)]) for values in (at, shown)
+    )
     need = _COVERED * (at[-1] - at[0])
     offsets = np.linspace(when[0] + need - at[-1], when[-1] - need - at[0], _OFFSETS)
     for _ in range(2):
@@ -105,11 +107,14 @@ def _aligned(first: Run, second: Run, at: Floats, when: Floats) -> float:
 
 
 def _unexplained(heat: Floats, shown: Floats) -> float:
-    """Mean squared residual of a parabola in temperature."""
-    span = max(float(np.ptp(heat)), 1e-9)
-    x = (heat - heat.mean()) / span
-    basis = np.stack([np.ones_like(x), x, x**2], axis=1)
-    rest = shown - basis @ np.linalg.lstsq(basis, shown, rcond=None)[0]
+    """Squared residual of changes of the readings, by those of a parabola in temperature.
+
+    Changes, because readings also creep and stick.
+    """
+    x = (heat - heat.mean()) / max(float(np.ptp(heat)), 1e-9)
+    changed = np.diff(shown)
+    basis = np.diff(np.stack([x, x**2], axis=1), axis=0)
+    rest = changed - basis @ np.linalg.lstsq(basis, changed, rcond=None)[0]
     return float(rest @ rest)
 
 
