@@ -23,7 +23,6 @@ from muscle_bayes.control.gains import gains_header
 from muscle_bayes.control.heater_fit import fit_heater
 from muscle_bayes.control.scenarios import thesis_scenarios
 from muscle_bayes.control.tune import Effort
-from muscle_bayes.inference.population import fit_population
 
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")
@@ -46,7 +45,7 @@ muscle = mb.load(KEPT / "muscle.nc")
 # muscles differ from each other is an assumption until more are measured.
 
 # %%
-population = fit_population({"m1": muscle})
+population = mb.fit_population({"m1": muscle})
 population
 
 # %% [markdown]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from muscle_bayes.api.fitting import fit
     from muscle_bayes.api.plants import plant_of
+    from muscle_bayes.api.populations import fit_population
     from muscle_bayes.api.tuning import tune
     from muscle_bayes.compiled import keep_compiled_code
     from muscle_bayes.criticism.compare import compare
@@ -78,6 +79,7 @@ __all__ = [
     "discover",
     "drift",
     "fit",
+    "fit_population",
     "identify",
     "initial_state",
     "keep_compiled_code",
@@ -120,6 +122,7 @@ _HOME = {
     "discover": "discovery.discover:discover",
     "drift": "criticism.drift:drift",
     "fit": "api.fitting:fit",
+    "fit_population": "api.populations:fit_population",
     "identify": "inference.posteriors.identifiability:identify",
     "initial_state": "physics.simulation:initial_state",
     "keep_compiled_code": "compiled:keep_compiled_code",

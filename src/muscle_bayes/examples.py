@@ -7,7 +7,12 @@ from muscle_bayes.data.reader import read_runs
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 
-GROUPS = {"springs": "spring-*.csv", "staircases": "staircase-*.csv", "sawtooth": "sawtooth.csv"}
+GROUPS = {
+    "springs": "spring-*.csv",
+    "staircases": "staircase-*.csv",
+    "sawtooth": "sawtooth.csv",
+    "lot": "lot/*/*.csv",
+}
 """Files of each example."""
 
 
@@ -18,8 +23,8 @@ def load_example(name: str) -> list[Run]:
 
     Args:
         name: "springs" (five records of a weight on a spring, for J and D), "staircases" (three
-            of a muscle heated in steps), "sawtooth" (one, to predict), or a single run such as
-            "spring-1" or "staircase-139g".
+            of a muscle heated in steps), "sawtooth" (one, to predict), "lot" (one of each of eight
+            muscles), or a single run such as "spring-1" or "staircase-139g".
 
     Returns:
         The runs, sorted by name, as `read_runs` gives them.

@@ -1,16 +1,11 @@
 """`muscle-bayes population`: what specimens say of the muscle that comes next."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_file, write_json
-from muscle_bayes.errors import MuscleBayesError
-
-if TYPE_CHECKING:
-    from muscle_bayes.data import Run
-    from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
 def population(
@@ -47,13 +42,17 @@ def population(
     """
     from muscle_bayes.data import find_runs, read_runs
     from muscle_bayes.inference.population import fit_population
+    from muscle_bayes.inference.population.specimens import by_specimen, fit_specimens
     from muscle_bayes.inference.posteriors.posterior import Posterior
+    from muscle_bayes.progress import shown_progress
 
     posteriors = {path.stem: Posterior.load(path) for path in specimens if path.suffix == ".nc"}
     places = [path for path in specimens if path.suffix != ".nc"]
     known = None if given is None else Posterior.load(given)
     if places:
-        posteriors |= _fitted(_by_specimen(read_runs(find_runs(places))), known, seed)
+        runs = by_specimen(read_runs(find_runs(places)))
+        with shown_progress() as report:
+            posteriors |= fit_specimens(runs, given=known, seed=seed, report=report)
     found = fit_population(posteriors, spread=spread, seed=seed)
     found.save(out)
     typer.echo(repr(found))
@@ -64,34 +63,3 @@ def population(
     if json is not None:
         table = found.summary().to_dict(orient="index")
         write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})
-
-
-def _by_specimen(runs: "list[Run]") -> "dict[str, list[Run]]":
-    """Runs by the specimen that their metadata name."""
-    found: dict[str, list[Run]] = {}
-    for run in runs:
-        name = getattr(run.metadata.element_a, "specimen", None)
-        if name is None:
-            raise MuscleBayesError(
-                f'{run.name}: names no specimen. Fix: add specimen = "NAME" under [element_a] of its '
-                "metadata, or give posteriors"
-            )
-        found.setdefault(name, []).append(run)
-    return found
-
-
-def _fitted(
-    runs: "dict[str, list[Run]]", given: "Posterior | None", seed: int
-) -> "dict[str, Posterior]":
-    """Every specimen's posterior."""
-    from muscle_bayes.inference.sampling.fit import EFFORTS, fit
-    from muscle_bayes.progress import shown_progress
-
-    posteriors = {}
-    for number, (name, own) in enumerate(runs.items()):
-        typer.echo(f"{name}: {', '.join(run.name for run in own)}", err=True)
-        with shown_progress() as report:
-            posteriors[name] = fit(
-                own, effort=EFFORTS["quick"], given=given, seed=seed + number, report=report
-            )
-    return posteriors

@@ -57,8 +57,7 @@ class Population:
 
         Example:
             >>> import muscle_bayes as mb
-            >>> from muscle_bayes.inference.population import fit_population
-            >>> population = fit_population({"m1": mb.load("muscle.nc")})  # of `fit`
+            >>> population = mb.fit_population({"m1": mb.load("muscle.nc")})  # of `fit`
             >>> population.new_muscles(5)["K_modulus"].shape
             (5,)
         """
