@@ -243,3 +243,42 @@ def test_an_encoder_that_wraps(log, lowest):
     run = read_run(log)
     assert run.coordinate == pytest.approx(0.001 * ticks)
     assert [repair.rule for repair in run.repairs] == ["wrapped counter"]
+
+
+WRITTEN = {
+    "date and time of day": (
+        "Date;Time;Angle (deg)",
+        lambda t, x: f"2024-05-01;10:00:{t:06.3f};{x:.2f}",
+    ),
+    "German date": ("Datum;Zeit;Winkel [°]", lambda t, x: f"01.05.2024;10:00:{t:06.3f};{x:.2f}"),
+    "separator at the end": ("t_s,angle_deg,", lambda t, x: f"{t:.3f},{x:.2f},"),
+    "columns of text": ("time,note,angle_deg", lambda t, x: f"{t:.3f},,{x:.2f}"),
+}
+
+
+@pytest.mark.parametrize("kind", WRITTEN)
+def test_other_ways_to_write_rows(log, kind):
+    header, row = WRITTEN[kind]
+    rows = [row(t / 1000, x) for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    result = init(log, "--no-ask")
+    assert result.exit_code == 0, result.output
+    run = read_run(log)
+    assert run.repairs == ()
+    assert run.coordinate == pytest.approx(np.deg2rad(SWING), abs=1e-4)
+    assert run.duration == pytest.approx(5.98)
+
+
+def test_a_line_that_is_no_row_is_shown(log):
+    log.write_text("".join(f"{t}, {x}°\n" for t, x in zip(TIME, SWING, strict=True)))
+    result = init(log, "--no-ask")
+    assert result.exit_code == 2
+    assert "the last line is '5980, " in result.stderr
+    assert "Fix: " in result.stderr
+
+
+def test_of_two_voltages_neither_is_taken(log):
+    rows = [f"{t},{x},{x / 2}" for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join(["Time,Channel A,Channel B", "(ms),(mV),(V)", *rows]))
+    result = init(log, "--no-ask")
+    assert "'Channel A', 'Channel B'" in result.stderr

@@ -1,5 +1,6 @@
 """Whatever stands in a log and its metadata: a run, or a message that says how to fix it."""
 
+import tempfile
 from pathlib import Path
 
 import jax
@@ -172,11 +173,18 @@ KEYS = {
         "applied_sign",
         "accept_units",
         "position_zero_uncertainty",
+        "power_a",
+        "power_unit",
+        "force",
+        "force_unit",
+        "force_sign",
     ],
     "fixture": ["stops", "motion", "room_temperature", "disc_radius", "rotor_radius_a", "inertia"],
     "drive": ["gain", "offset", "back_emf"],
     "potentiometer": ["zero_reading", "radians_per_count", "bits", "zero_uncertainty"],
     "thermometer": ["delay", "delay_uncertainty"],
+    "thermometer_log": ["file", "time", "time_unit", "offset"],
+    "heater_a": ["heating_rate", "cooling_time"],
     "element_a": [
         "kind",
         "mass",
@@ -196,10 +204,17 @@ KEYS = {
     ],
     "load": ["time", "mass", "unit"],
 }
+CAMERA = Path(tempfile.mkdtemp()) / "camera.csv"
+CAMERA.write_text("\n".join(["t,T", *(f"{t / 9:.3f},{25 + t % 60}" for t in range(-90, 900))]))
 ARM = {"kind": "arm", "mass": 0.3, "centre_distance": 0.2}
 WHOLE: dict[str, list[dict]] = {
     "potentiometer": [{"zero_reading": 512.0, "radians_per_count": 0.005}],
     "thermometer": [{"delay": 0.1}],
+    "thermometer_log": [
+        {"file": str(CAMERA), "time": "t"},
+        {"file": str(CAMERA), "time": "t", "offset": 0.0},
+    ],
+    "heater_a": [{}],
     "drive": [{}, {"gain": 0.1}, {"offset": 0.0}],
     "load": [{"time": (0.0, 0.05), "mass": (0.1, 0.2)}],
     "element_a": [
@@ -238,6 +253,11 @@ LIKELY = {
     "temperature_a": ["T", 3],
     "load": ["kg", 3],
     "applied": ["force", 2],
+    "power_a": ["force", "kg"],
+    "power_unit": ["A", "V", "duty"],
+    "force": ["force", "T"],
+    "force_unit": ["N", "N*m", "gf"],
+    "file": [str(CAMERA), "a.csv", "", "..", "no.csv"],
     "applied_unit": ["A", "V", "duty", "N*m"],
     "position_unit": ["rad", "rad/s", "mm", "mm/s", "counts"],
     "model": ["reference", "linear"],

@@ -55,7 +55,11 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
     _add_others(draft, guess, answers, {id(time), id(position)}, unit.kind)
     _add_drive(draft, guess, {id(time), id(position)}, (answers.element or "").startswith("muscle"))
     named = {entry.value for entry in draft.columns}
-    others = (column for column in guess.columns if column.reference not in named)
+    others = (
+        column
+        for column in guess.columns
+        if column.reference not in named and np.isfinite(column.values).any()
+    )
     draft.unused = [f"{column.reference!r}, {_range(column)}" for column in others]
     if unit.kind == "counts":
         draft.potentiometer = [

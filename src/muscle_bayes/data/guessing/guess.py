@@ -52,7 +52,9 @@ class Guess:
         named += [c for c in self.likely("velocity") if c is not time]
         if named:
             return named
-        return [c for c in self.columns if c is not time and not c.likely and c.changes]
+        # A voltage may be what drives, or what a sensor shows.
+        others = (c for c in self.columns if c is not time and c.likely in ("", "drive"))
+        return [column for column in others if column.changes]
 
     def facts(self) -> dict[str, Any]:
         """What was found, for JSON."""

@@ -20,7 +20,9 @@ _DECIMALS: Final[dict[str, tuple[tuple[str, str | None], ...]]] = {
     ";": ((".", None), (",", None), (",", "."), (".", ",")),
 }
 _OTHER: Final = ((".", None), (",", None), (".", ","), (",", "."))
-_TIME = re.compile(r"(\d{1,4}:)?\d{1,2}:\d{1,2}([.,]\d*)?|\d{4}-\d\d-\d\d[T ].*")
+_TIME = re.compile(
+    r"(\d{1,4}:)?\d{1,2}:\d{1,2}([.,]\d*)?|\d{4}-\d\d-\d\d([T ].*)?|\d{1,2}([./])\d{1,2}\4\d{2,4}"
+)
 _LOOKED_AT: Final = 400
 """Lines that tell the layout."""
 _ROWS: Final = 20_000
@@ -156,7 +158,11 @@ def _find_header(
         (at for at, (_, cells) in enumerate(flat) if _is_data(cells, width, decimal)), len(flat)
     )
     if first == len(flat):
-        raise RunError.at(path, "no row of numbers is found", "give a log with its rows")
+        raise RunError.at(
+            path,
+            f"no row of numbers is found: the last line is {plain[-1][1][:60]!r}",
+            "give a log of rows whose cells are numbers or times",
+        )
     at = first - 1
     if at >= 1 and len(flat[at - 1][1]) == len(flat[at][1]) and is_units_row(flat[at][1]):
         layout.units_row = flat[at][1]

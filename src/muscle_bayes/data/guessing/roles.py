@@ -12,7 +12,10 @@ from muscle_bayes.data.reading.header import SaidUnit, unit_in_name, unit_in_row
 from muscle_bayes.data.units import EXAMPLES, Kind, Unit, any_unit, unit_of
 
 _NAMES: Final[tuple[tuple[str, str], ...]] = (
-    ("time", r"t|time\w*|timestamp|zeit|temps|tiempo|elapsed\w*|clock|date\w*|seconds|millis"),
+    (
+        "time",
+        r"t|t_(s|sec|ms|us|min)|time\w*|timestamp|zeit|temps|tiempo|elapsed\w*|clock|date\w*|seconds|millis",
+    ),
     ("temperature_b", r"(ambient|room|raum|air)\w*"),
     ("temperature_a", r"temp\w*|t\d|.*temperatur\w*|.*muscle.*_c|celsius|heat\w*|t_\w+"),
     ("applied", r"(applied|drive\w*|motor)?_?(torque|force|kraft|drehmoment|tau)\w*"),
