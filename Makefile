@@ -61,7 +61,7 @@ CALIBRATION := reports/calibration
 calibration: $(READY) ## simulation-based calibration, 200 data sets each (an hour on two cores); writes docs/calibration.md
 	@$(BIN)/muscle-bayes fit data/spring-*.csv --out $(CALIBRATION)/fixture.nc
 	@$(BIN)/muscle-bayes sbc data/spring-*.csv --out $(CALIBRATION)/fixture
-	@$(BIN)/muscle-bayes sbc data/staircase-*.csv --given $(CALIBRATION)/fixture.nc --measured --out $(CALIBRATION)/muscle
+	@$(BIN)/muscle-bayes sbc data/plain/staircase-*.csv --given $(CALIBRATION)/fixture.nc --measured --out $(CALIBRATION)/muscle
 	@$(BIN)/python scripts/write_calibration_doc.py $(CALIBRATION)
 
 STUDIED := reports/posteriors
@@ -122,7 +122,7 @@ bench: $(BENCH_READY) ## race gradient and sampler against others, see how cost 
 	@$(BENCH)/bin/python -m benchmarks.table
 
 bench-discovery: $(READY) ## CPU-minutes of discovery, cold and warm (REAL=folder of measured rigs)
-	@$(BIN)/python -m benchmarks.discovery shipped=data $(if $(REAL),drop=$(REAL)/xl330-drop axis=$(REAL)/emps)
+	@$(BIN)/python -m benchmarks.discovery shipped=data/plain stories=data $(if $(REAL),drop=$(REAL)/xl330-drop axis=$(REAL)/emps)
 
 bench-lock: ## pin what only the benchmarks need (needs uv)
 	uv pip compile --quiet --universal --python-version 3.12 --generate-hashes --no-header --no-emit-index-url --constraint requirements.lock benchmarks/requirements.in --output-file benchmarks/requirements.lock

@@ -19,7 +19,7 @@ from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.schedule import Schedule
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[1] / "data" / "plain"
 STAIRCASES = ("staircase-139g", "staircase-166g", "staircase-212g")
 MUSCLE = tuple(MuscleParameters.__annotations__)
 INPUTS = ("D", *MUSCLE, "q", "hyst")

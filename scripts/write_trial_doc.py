@@ -12,7 +12,7 @@ from typing import Any
 
 from muscle_bayes.cli.trial import trial
 from muscle_bayes.discovery.weigh import PRIOR_NONE
-from muscle_bayes.trial.cases import KINDS
+from muscle_bayes.trial.cases import KINDS, RIG_NAMES
 from muscle_bayes.trial.outcome import trial_tasks
 
 ROOT = Path(__file__).parents[1]
@@ -23,8 +23,8 @@ HEAD = """# Trial of discovery
 
 Written by `scripts/write_trial_doc.py` (`make trial` runs it); do not edit.
 
-Effects were hidden in SYNTHETIC runs of random rigs (geometry,
-true parameters, strengths, noise), and searched blind (docs/discovery.md): {extent}.
+Effects were hidden in SYNTHETIC runs of random rigs (geometry, true parameters, strengths, noise), and
+searched blind (docs/discovery.md): {extent}. {rigs}
 {code}
 Intervals are exact (Clopper and Pearson, 95 %). Detectable: the nominal model's misfit in some run is
 at least half the error of a reading (noise and rounding).
@@ -33,6 +33,7 @@ at least half the error of a reading (noise and rounding).
 |---|---|---|---|---|
 """
 
+RIGS = "Of these {thesis} are of rigs like the thesis', {other} of pendulums, sprung discs and axes."
 CURRENT = "The code that searched them is that of this page."
 EARLIER = (
     "**Searched by earlier code**; the present code has not been tried on the whole trial yet."
@@ -75,7 +76,8 @@ def main(folder: Path) -> None:
     """Write page and figure."""
     found = json.loads((folder / "trial.json").read_text())
     code = searched_by(found["codes"])
-    page = HEAD.format(extent=extent(found["kinds"]), code=code)
+    rigs = RIGS.format(**{rig: found["rigs"].get(rig, 0) for rig in RIG_NAMES})
+    page = HEAD.format(extent=extent(found["kinds"]), code=code, rigs=rigs)
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "
@@ -90,8 +92,10 @@ def main(folder: Path) -> None:
         f"of these; with cases weighed so that it is as presumed, {presumed:.3f}.\n"
     )
     (DOCS / "figures").mkdir(exist_ok=True)
-    shutil.copyfile(folder / "trial.png", DOCS / "figures" / "trial.png")
+    for name in ("trial", "trial-power"):
+        shutil.copyfile(folder / f"{name}.png", DOCS / "figures" / f"{name}.png")
     page += "\n![Confusion matrix and reliability, synthetic data](figures/trial.png)\n"
+    page += "\n![Detection rate by strength, synthetic data](figures/trial-power.png)\n"
     if BASELINES.exists():
         page += (
             "\n## Other ways to select\n\nOn the same cases, from what `discover` had at its first step "

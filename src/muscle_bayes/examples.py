@@ -17,7 +17,7 @@ GROUPS = {
 
 
 def load_example(name: str) -> list[Run]:
-    """The shipped synthetic runs of one kind.
+    """Shipped synthetic runs of one kind, in which nothing is hidden.
 
     An independent simulator wrote them, with the values of the thesis as truth.
 
@@ -52,6 +52,6 @@ def load_example(name: str) -> list[Run]:
 
 
 def _folder() -> Path:
-    """The shipped runs: inside an installed package, in `data` of a checkout."""
+    """The shipped runs: inside an installed package, in `data/plain` of a checkout."""
     installed = Path(str(files("muscle_bayes") / "example_data"))
-    return installed if installed.is_dir() else Path(__file__).parents[2] / "data"
+    return (installed if installed.is_dir() else Path(__file__).parents[2] / "data") / "plain"

@@ -14,7 +14,7 @@ from muscle_bayes.data import read_run
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.twin.parameters import MuscleParameters
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
 
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 def has_gpu() -> bool:

@@ -23,7 +23,7 @@ from muscle_bayes.inference.running.programs import potential_at, unconstrained
 from muscle_bayes.parallel import tasks
 from muscle_bayes.report.calibration_figure import calibration_figure
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 SPRINGS = Template(tuple(DATA / f"spring-{number}.csv" for number in (1, 3)))
 
 

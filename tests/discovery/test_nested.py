@@ -18,7 +18,7 @@ from muscle_bayes.inference.running.programs import potential_at
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.nested_programs import explained_at, look_at
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 CANDIDATES = ("viscous-friction", "bias-torque")
 
 

@@ -15,7 +15,7 @@ from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.twin import Rig
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 ROOM = 25.0
 
 

@@ -25,7 +25,7 @@ from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Data
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 TRUTH = tomllib.loads((DATA / "truth.toml").read_text(encoding="utf-8"))["rotor"]
 
 

@@ -22,7 +22,7 @@ from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.lane_model import responses
 from muscle_bayes.inference.model.problem import Problem, pose
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 def near_prior_median(problem: Problem) -> jnp.ndarray:

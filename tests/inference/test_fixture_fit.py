@@ -15,7 +15,7 @@ from muscle_bayes.inference.posteriors.predictive import predict_runs
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.sampling.fit import Effort, fit
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 SPRINGS = sorted(DATA.glob("spring-*.csv"))
 
 

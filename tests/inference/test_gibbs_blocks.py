@@ -18,7 +18,7 @@ from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of, slice_update
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 FORCES = ("F_modulus_min", "F_hyst_min")
 
 

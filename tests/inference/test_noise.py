@@ -33,7 +33,7 @@ VARIANCE = np.array([0.2, 0.3, 0.1, 0.2, 0.5, 0.4])
 @pytest.fixture
 def sawtooth_lanes():
     """One lane of plain readings a second apart, the load jumping at 30 s."""
-    run = read_run(Path(__file__).parents[2] / "data" / "sawtooth.csv")
+    run = read_run(Path(__file__).parents[2] / "data" / "plain" / "sawtooth.csv")
     with jax.enable_x64(True):
         lanes = pose([run]).data.lanes[0]
     time = np.arange(90.0)

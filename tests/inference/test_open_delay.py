@@ -12,7 +12,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.records.open_delay import UNSTATED, with_open_delay
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 EFFECT, PARAMETER = "clock-offset", "clock-offset.delay"
 
 

@@ -18,7 +18,7 @@ from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.records.rig import strains
 from muscle_bayes.inference.running.precision import double_precision
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 @double_precision

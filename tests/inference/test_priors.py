@@ -13,7 +13,7 @@ from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.model.priors import Priors
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 GIVEN = {
     "J": dist.LogNormal(jnp.asarray(-6.0), 2.0),
     "softening": dist.Beta(2.0, 3.0),

@@ -14,7 +14,7 @@ from muscle_bayes.inference.model.problem import MUSCLE_PORTS, pose
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 @pytest.mark.parametrize("name", CATALOGUE)

@@ -14,7 +14,7 @@ from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.records.record import JOLT, fast_record, segments, slow_record
 from muscle_bayes.inference.running.programs import solved_at
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 @pytest.fixture(scope="module")

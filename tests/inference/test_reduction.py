@@ -28,7 +28,7 @@ from muscle_bayes.inference.sampling import fit as fitting
 from muscle_bayes.inference.search.mode import Mode
 from muscle_bayes.study.published import TABLE_2
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 SLOW = ["staircase-139g", "staircase-166g", "staircase-212g", "sawtooth"]
 
 

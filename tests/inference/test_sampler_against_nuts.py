@@ -17,7 +17,7 @@ from muscle_bayes.inference.sampling.sampler import Effort
 from muscle_bayes.inference.search.mode import find_mode
 from muscle_bayes.inference.search.tempering import entry_names
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 @pytest.mark.slow

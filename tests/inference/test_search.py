@@ -20,7 +20,7 @@ from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
 from muscle_bayes.twin import random_rig, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 MASSES = (0.139, 0.212)
 
 

@@ -12,7 +12,7 @@ from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.search.mode import find_mode
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])

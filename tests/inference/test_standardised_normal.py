@@ -52,7 +52,7 @@ def test_it_can_be_sent_to_another_process() -> None:
 
 
 def test_every_effect_with_a_normal_prior_has_it() -> None:
-    data = Path(__file__).parents[2] / "data"
+    data = Path(__file__).parents[2] / "data" / "plain"
     problem = pose(read_runs([data / "staircase-166g.csv"]), "coulomb", tuple(CATALOGUE))
     told = {}
     for name in CATALOGUE:

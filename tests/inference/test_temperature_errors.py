@@ -18,7 +18,7 @@ from muscle_bayes.inference.records.thermometer import (
     meter_noise,
 )
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[2] / "data" / "plain"
 ROWS = np.arange(0.0, 120.0, 0.03)
 PERIOD = 0.4
 

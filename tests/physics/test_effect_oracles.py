@@ -30,10 +30,12 @@ from muscle_bayes.physics.effects import (
     CoilContact,
     DamperLaw,
     FirstCycleSet,
+    ForceScale,
     HysteresisYield,
     LoadDependentFriction,
     ModulusTemperature,
     PartialHeating,
+    PositionDependentFriction,
     PotentiometerNonlinearity,
     QuadraticDrag,
     SecondRelaxation,
@@ -231,6 +233,28 @@ def test_load_dependent_friction_in_slow_motion_holds_back_a_share_of_the_push()
     exact = np.maximum(push * (1.0 - share) - D, 0.0) / (STIFFNESS * (1.0 + share))
     np.testing.assert_allclose(seen.sensed, exact, atol=share * rate * 0.25 / STIFFNESS)
     assert exact[-1] > 0.2
+
+
+@pytest.mark.parametrize("slope", [-2.0, 2.0])
+def test_position_dependent_friction_swings_as_energy_says(slope):
+    """From rest at q to rest at -r: K (q^2 - r^2) / 2 is the integral of D exp(s x) from -r to q."""
+    friction = CoulombFriction(jnp.asarray(D))
+    made = plant(LinearSpring(STIFFNESS), inertia=INERTIA, friction=friction)
+    made += PositionDependentFriction(jnp.asarray(slope))
+    seen = np.asarray(release(made, schedule(np.linspace(0.0, 1.0, 2001)), 0.4).sensed)
+
+    def missing(r):
+        rubbed = D * (np.exp(slope * 0.4) - np.exp(-slope * r)) / slope
+        return 0.5 * STIFFNESS * (0.4**2 - r**2) - rubbed
+
+    assert seen.min() == pytest.approx(-brentq(missing, 0.0, 0.4), abs=2e-5)
+
+
+def test_force_scale_moves_equilibrium_by_its_share_of_what_drives():
+    made = oscillator() + ForceScale(jnp.asarray(0.07))
+    time = np.linspace(0.0, 1.0, 3)
+    seen = creep(made, schedule(time, applied=lambda t: 0.02 + 0.0 * t), 0.0)
+    np.testing.assert_allclose(seen.sensed, 1.07 * 0.02 / STIFFNESS, rtol=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.18, 0.3, 0.6])

@@ -1,11 +1,22 @@
 """Counting of outcomes, on outcomes made up for it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from muscle_bayes.trial.cases import cases, data_set
-from muscle_bayes.trial.counts import Rate, as_presumed, confusion, counted, rates, reliability
+from muscle_bayes.trial.cases import RIG_NAMES, cases, write_runs
+from muscle_bayes.trial.counts import (
+    Rate,
+    as_presumed,
+    confusion,
+    counted,
+    power,
+    rates,
+    reliability,
+)
+from muscle_bayes.trial.other_rigs import HIDDEN, HIDDEN_OUTSIDE
 from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS
 
@@ -15,6 +26,7 @@ def _outcome(kind: str, hidden: list[str], verdict: list[str], **more) -> dict:
     other = "none" if verdict[0] != "none" else "unknown"
     made = {
         "kind": kind,
+        "rig": "other",
         "hidden": hidden,
         "verdict": verdict,
         "tie": [],
@@ -111,14 +123,27 @@ def test_calibration_where_nothing_is_hidden_as_often_as_presumed() -> None:
 
 def test_cases_are_spread_over_all_effects() -> None:
     single = cases("single", 2 * len(EFFECTS), 3)
-    assert sorted(one.hidden[0] for one in single) == sorted([*EFFECTS, *EFFECTS])
-    assert {one.hidden[0] for one in cases("outside", len(OUTSIDE), 0)} == set(OUTSIDE)
+    on = {rig: [one.hidden[0] for one in single if one.rig == rig] for rig in RIG_NAMES}
+    assert sorted(on["thesis"]) == sorted(EFFECTS)
+    assert set(on["other"]) == set(HIDDEN)
+    outside = cases("outside", 2 * len(OUTSIDE), 0)
+    assert {one.hidden[0] for one in outside if one.rig == "thesis"} == set(OUTSIDE)
+    assert {one.hidden[0] for one in outside if one.rig == "other"} == set(HIDDEN_OUTSIDE)
     assert len({one.name for one in single}) == len(single)
     assert all(len(set(one.hidden)) == 2 for one in cases("pair", 20, 0))
 
 
-@pytest.mark.slow
-def test_a_case_is_the_same_twice() -> None:
-    (case,) = cases("outside", 1, 5)
-    first, second = data_set(case), data_set(case)
-    assert all(first[name].log.equals(second[name].log) for name in first)
+def test_power_tells_of_each_effect_how_strong_and_whether_named() -> None:
+    assert power(OUTCOMES) == {"slack": [(0.1, False), (2.0, True), (2.0, True)]}
+
+
+@pytest.mark.parametrize("rig", ["other", pytest.param("thesis", marks=pytest.mark.slow)])
+def test_a_case_is_the_same_twice(rig: str, tmp_path: Path) -> None:
+    case = next(one for one in cases("outside", 2, 5) if one.rig == rig)
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        write_runs(case, tmp_path / name)
+    made = sorted(path.name for path in (tmp_path / "a").iterdir())
+    assert f"{case.held_out}.csv" in made
+    for name in made:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from muscle_bayes.report.trial_figure import trial_figure
+from muscle_bayes.report.trial_figure import power_figure, trial_figure
 from muscle_bayes.trial.cases import cases
 from muscle_bayes.trial.counts import counted
 from muscle_bayes.trial.outcome import trial_tasks
@@ -16,7 +16,14 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 def _outcomes(count: int) -> list[dict]:
     said = {"none": 0.9, "slack": 0.05, "unknown": 0.05}
-    one = {"kind": "none", "hidden": [], "verdict": ["none"], "tie": [], "excess": 0.0}
+    one = {
+        "kind": "none",
+        "rig": "other",
+        "hidden": [],
+        "verdict": ["none"],
+        "tie": [],
+        "excess": 0.0,
+    }
     return [
         one | {"probabilities": said, "ports": [], "tied_ports": [], "port": None, "held_out": 1.0}
     ] * count
@@ -31,6 +38,14 @@ def test_figure_shows_each_share_with_its_interval() -> None:
     assert interval[:, 1] == pytest.approx([0.025**0.1, 1.0])
 
 
+def test_power_is_drawn_by_strength() -> None:
+    numbers = {"power": {"slack": [(0.1, False), (1.0, True)], "cogging": [(5.0, True)]}}
+    above, below = power_figure(numbers, parts=1).axes
+    (_, share) = (line.get_xydata().tolist() for line in above.lines)
+    assert share == [[1.0, pytest.approx(2 / 3)]]
+    assert [line.get_markerfacecolor() for line in below.lines].count("none") == 1
+
+
 def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> None:
     script = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))
     outcomes = _outcomes(7)
@@ -41,6 +56,7 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
     assert script["verdict"]({"wanted": "", "share": 0.5}) == ""
     monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
     (tmp_path / "trial.png").write_bytes(b"")
+    (tmp_path / "trial-power.png").write_bytes(b"")
     for code, words in (
         (trial_tasks([]).stamp, "is that of this page"),
         ("0" * 64, "**Searched by earlier code**"),

@@ -126,6 +126,27 @@ def test_stribeck_friction_holds_up_to_its_breakaway(push):
 
 
 @pytest.mark.parametrize("factor", [0.99, 1.01])
+def test_position_dependent_friction_holds_more_where_it_is_higher(factor):
+    made = make_effect("position-dependent-friction", slope=2.0)
+    held = 0.003 * exp(2.0 * 0.3)
+    rotor = free_rotor(
+        dry_friction=0.003,
+        extra_torques=[lambda angle, velocity: factor * held],
+        friction_laws=[made.dry_friction],
+    )
+    rotor.angle = 0.3
+    rotor.advance(1.0)
+    assert (rotor.angle != 0.3) == (factor > 1.0)
+
+
+def test_force_scale_makes_the_load_pull_harder():
+    rotor = free_rotor(load_scales=[make_effect("force-scale", error=0.05).load_torque])
+    rotor.hang(0.1)
+    assert rotor.load_torque == pytest.approx(1.05 * 0.1 * GRAVITY * 0.09)
+    assert rotor.total_inertia == pytest.approx(0.002 + 0.1 * 0.09**2)
+
+
+@pytest.mark.parametrize("factor", [0.99, 1.01])
 def test_load_dependent_friction_holds_a_share_of_the_load(factor):
     """D + s m g R_d, at rest; a torque against the load decides which way is pushed."""
     made = make_effect("load-dependent-friction", share=0.1)

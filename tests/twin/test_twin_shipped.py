@@ -1,5 +1,6 @@
 """The shipped data regenerate to the byte."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -31,11 +32,24 @@ def test_springs_keep_above_their_least_length_and_off_the_stops():
 @pytest.mark.slow
 def test_the_whole_set_regenerates_to_the_byte(tmp_path):
     write_shipped(tmp_path)
-    made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    by_hand = {"lot", "study.toml"}  # what a study does with the runs
-    assert set(made) == {path.name for path in DATA.iterdir()} - by_hand
-    for name, content in made.items():
-        assert content == (DATA / name).read_bytes(), name
+    made = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.*")}
+    kept = {
+        str(path.relative_to(DATA))
+        for path in DATA.rglob("*.*")
+        if path.parent.parent.name != "lot"
+    }
+    assert made == {name for name in kept if not name.endswith("study.toml")}  # written by hand
+    for name in made:
+        assert (tmp_path / name).read_bytes() == (DATA / name).read_bytes(), name
+
+
+def test_nothing_is_hidden_in_the_plain_set_and_two_effects_in_the_other():
+    hidden, plain = (
+        tomllib.loads((folder / "truth.toml").read_text()) for folder in (DATA, DATA / "plain")
+    )
+    assert set(hidden["effects"]) == {"coil-contact", "damper-law"}
+    assert "effects" not in plain
+    assert hidden["muscle_a"] == plain["muscle_a"]
 
 
 def test_everything_shipped_says_it_is_synthetic():

@@ -28,7 +28,8 @@ def trial(
 ) -> None:
     """Hide effects in synthetic runs of random rigs, search for them blind, and count the hits.
 
-    Rigs, true parameters, strengths and noise differ from case to case. Every finished case is kept
+    Half of the rigs are like the thesis', the others are pendulums, sprung discs and driven axes. Rigs,
+    true parameters, strengths and noise differ from case to case. Every finished case is kept
     in DIR, so interrupted work goes on where it stopped. All
     outcomes end in one file, outcomes.json.
 
@@ -83,11 +84,12 @@ def write_counts(
     `codes`: how many of them the code of each stamp has searched.
     """
     from muscle_bayes.report.style import save
-    from muscle_bayes.report.trial_figure import trial_figure
+    from muscle_bayes.report.trial_figure import power_figure, trial_figure
     from muscle_bayes.trial.counts import counted
 
     numbers = {"codes": codes, **counted(outcomes)}
     write_json(folder / "trial.json", numbers)
     write_json(folder / "outcomes.json", {"outcomes": outcomes})
     save(trial_figure(numbers), folder / "trial.png")
+    save(power_figure(numbers), folder / "trial-power.png")
     return numbers

@@ -103,6 +103,9 @@ class Signals(NamedTuple):
     the rotor [N m or N]; zero on all ports but friction."""
     memory: Mapping[str, Scalar]
     """States of the muscle's effects with memory, by name."""
+    driving: Scalar | float = 0.0
+    """Generalised force of the load and of what drives the rotor [N m or N]; zero on all ports but
+    torque."""
 
 
 class Effect(eqx.Module):

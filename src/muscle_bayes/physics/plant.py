@@ -173,7 +173,8 @@ class Plant(eqx.Module):
         load = drive.load * GRAVITY * self.load_lever
         driven = self.actuator.force(drive.applied, speed)
         smooth = elements + load + driven - self.friction.viscous * speed
-        return through_port(effects, "torque", smooth, self.signals(q, speed, hyst, drive))
+        seen = self.signals(q, speed, hyst, drive)._replace(driving=load + driven)
+        return through_port(effects, "torque", smooth, seen)
 
     def hyst_rates(
         self,

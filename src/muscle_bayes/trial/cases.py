@@ -2,10 +2,20 @@
 
 from dataclasses import dataclass, fields, replace
 from itertools import combinations
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.trial.other_rigs import (
+    HELD,
+    HIDDEN,
+    HIDDEN_OUTSIDE,
+    RIGS,
+    hidden_effect,
+    other_runs,
+)
 from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS, Effect, Rig, SimulatedRun, random_rig, simulate, spring_rig
 from muscle_bayes.twin.protocols import Protocol, sawtooth, spring, staircase
@@ -13,6 +23,8 @@ from muscle_bayes.twin.swings import spring_masses
 
 Kind = Literal["single", "none", "outside", "pair"]
 KINDS: tuple[Kind, ...] = ("single", "none", "outside", "pair")
+RigName = Literal["thesis", "other"]
+RIG_NAMES: tuple[RigName, ...] = ("thesis", "other")
 STRENGTHS = (0.5, 2.0)
 """Range of the factor, log-uniform, on each hidden effect's size."""
 HELD_OUT = "staircase-166g"
@@ -40,6 +52,8 @@ SIZES = {
     "quadratic-drag": "coefficient",
     "detent": "depth",
     "one-way-friction": "level",
+    "position-dependent-friction": "slope",
+    "force-scale": "error",
 }
 """The parameter that is an effect's strength; `size`, or the first, where none is named."""
 
@@ -51,34 +65,53 @@ class Case:
     kind: Kind
     hidden: tuple[str, ...]
     seed: int
+    rig: RigName
 
     @property
     def name(self) -> str:
         """As in file names."""
-        return f"{self.kind}-{'+'.join(self.hidden) or 'nothing'}-{self.seed}"
+        return f"{self.kind}-{'+'.join(self.hidden) or 'nothing'}-{self.rig}-{self.seed}"
+
+    @property
+    def held_out(self) -> str:
+        """Name of the run that is held out."""
+        return HELD_OUT if self.rig == "thesis" else HELD
 
 
 def cases(kind: Kind, count: int, seed: int) -> list[Case]:
-    """`count` cases of a kind: every effect, or pair, about as often as any other."""
-    rng = np.random.default_rng((seed, KINDS.index(kind)))
-    hidden: dict[Kind, list[tuple[str, ...]]] = {
-        "none": [()],
-        "single": [(name,) for name in EFFECTS],
-        "outside": [(name,) for name in OUTSIDE],
-        "pair": list(combinations(EFFECTS, 2)),
+    """`count` cases of a kind, on the thesis' rig and on others in turn.
+
+    On each every effect, or pair, that it could have is hidden about as often as any other.
+    """
+    hidden: dict[RigName, tuple[tuple[str, ...], tuple[str, ...]]] = {
+        "thesis": (tuple(EFFECTS), tuple(OUTSIDE)),
+        "other": (HIDDEN, HIDDEN_OUTSIDE),
     }
-    choices = hidden[kind]
-    order = list(rng.permutation(len(choices)))
-    picked = [choices[order[index % len(choices)]] for index in range(count)]
-    return [Case(kind, hidden, 1000 * seed + index) for index, hidden in enumerate(picked)]
+    found = []
+    for place, rig in enumerate(RIG_NAMES):
+        inside, outside = hidden[rig]
+        choices: list[tuple[str, ...]] = {
+            "none": [()],
+            "single": [(name,) for name in inside],
+            "outside": [(name,) for name in outside],
+            "pair": list(combinations(inside, 2)),
+        }[kind]
+        order = np.random.default_rng((seed, KINDS.index(kind), place)).permutation(len(choices))
+        for index in range(place, count, len(RIG_NAMES)):
+            chosen = choices[order[index // len(RIG_NAMES) % len(choices)]]
+            found.append(Case(kind, chosen, 1000 * seed + index, rig))
+    return sorted(found, key=lambda case: case.seed)
+
+
+def _factor(rng: np.random.Generator) -> float:
+    return float(np.exp(rng.uniform(*np.log(STRENGTHS))))
 
 
 def _effect(name: str, rng: np.random.Generator) -> Effect:
     kind = EFFECTS.get(name) or OUTSIDE[name]
     parameters: dict[str, Any] = {field.name: field.default for field in fields(kind)}
     chosen = SIZES.get(name, "size" if "size" in parameters else next(iter(parameters)))
-    factor = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
-    return kind(**{chosen: factor * float(parameters[chosen])})
+    return kind(**{chosen: _factor(rng) * float(parameters[chosen])})
 
 
 def _protocols(rig: Rig, room: float) -> list[tuple[str, Rig, Protocol]]:
@@ -97,9 +130,21 @@ def _protocols(rig: Rig, room: float) -> list[tuple[str, Rig, Protocol]]:
     return springs + logged
 
 
-def data_set(case: Case) -> dict[str, SimulatedRun]:
-    """The case's runs: a rig of random geometry and truth, its effects hidden in random strength."""
+def write_runs(case: Case, folder: Path) -> None:
+    """The case's runs as files: a random rig, its effects hidden in random strength."""
     rng = np.random.default_rng((case.seed, KINDS.index(case.kind), 7))
+    if case.rig == "thesis":
+        for name, run in _thesis_runs(case, rng).items():
+            write_run(folder, name, run.log, run.metadata)
+        return
+    other = RIGS[int(rng.integers(len(RIGS)))](rng)
+    effects = [hidden_effect(name, other, _factor(rng)) for name in case.hidden]
+    for name, (log, metadata) in other_runs(other, effects, rng).items():
+        (folder / f"{name}.csv").write_text(log, encoding="utf-8")
+        (folder / f"{name}.toml").write_text(metadata, encoding="utf-8")
+
+
+def _thesis_runs(case: Case, rng: np.random.Generator) -> dict[str, SimulatedRun]:
     rig = random_rig(rng)
     effects = tuple(_effect(name, rng) for name in case.hidden)
     noise = float(np.exp(rng.uniform(np.log(0.25), np.log(0.8))))

@@ -170,6 +170,18 @@ def reliability(
     return found, error / float(weights.sum()) if len(said) else 0.0
 
 
+def power(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, list[tuple[float, bool]]]:
+    """Of each effect hidden alone: strength, and whether it was named first or in its tie.
+
+    Strength is the nominal model's largest misfit in any run, in the error of a reading.
+    """
+    found: dict[str, list[tuple[float, bool]]] = {}
+    for one in outcomes:
+        if one["kind"] == "single":
+            found.setdefault(one["hidden"][0], []).append((one["excess"], _named(one)))
+    return {name: sorted(found[name]) for name in sorted(found)}
+
+
 def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """All numbers of a trial, as JSON takes them."""
     bins, error = reliability(outcomes, np.ones(len(outcomes)))
@@ -177,7 +189,9 @@ def counted(outcomes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "cases": len(outcomes),
         "kinds": dict(Counter(one["kind"] for one in outcomes)),
+        "rigs": dict(Counter(one["rig"] for one in outcomes)),
         "rates": [{**asdict(one), "share": one.share} for one in rates(outcomes) if one.cases],
+        "power": power(outcomes),
         "confusion": confusion(outcomes),
         "reliability": [asdict(one) for one in bins],
         "calibration_error": error,

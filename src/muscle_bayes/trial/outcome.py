@@ -10,7 +10,6 @@ import numpy as np
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
-from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.nominal import noise_of_reading
@@ -18,19 +17,18 @@ from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
-from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
+from muscle_bayes.trial.cases import Case, write_runs
 from muscle_bayes.trial.outside import OUTSIDE
 
 
 def run_case(case: Case) -> dict[str, Any]:
     """Make the case's runs, search them by what their files say alone, and say what came out."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, run in data_set(case).items():
-            write_run(Path(folder), name, run.log, run.metadata)
+        write_runs(case, Path(folder))
         runs = read_runs([Path(folder)])
         found = discover(
             runs,
-            hold_out=[HELD_OUT],
+            hold_out=[case.held_out],
             candidates=applicable(runs, (), CATALOGUE),
             seed=case.seed,
             workers=1,
@@ -42,6 +40,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "hidden": list(case.hidden),
         "port": OUTSIDE[case.hidden[0]].port if case.kind == "outside" else None,
         "seed": case.seed,
+        "rig": case.rig,
         "verdict": [verdict] if isinstance(verdict, str) else list(verdict),
         "probabilities": dict(found.probabilities),
         "tie": list(found.steps[0].tie) if found.steps else [],
@@ -51,7 +50,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "stopped_because": found.stopped_because,
         "excess": excess(found.located, found.floor, noise),
         "excess_left": [excess(step.after.misfit, found.floor, noise) for step in found.steps],
-        "held_out": held_out_ratio(found.final, noise, found),
+        "held_out": held_out_ratio(found.final, noise, found, case.held_out),
         "bic": dict(found.naming.bic),
         "misfit_p_value": found.located.p_value,
         "left_p_value": found.final.misfit.p_value,
@@ -79,12 +78,12 @@ def excess(misfit: MisfitMap, floor: Mapping[str, float], noise: float) -> float
     return float(max(ratios))
 
 
-def held_out_ratio(judged: Judged, noise: float, found: Discovery) -> float:
+def held_out_ratio(judged: Judged, noise: float, found: Discovery, run: str) -> float:
     """RMSE of single held-out readings over their own error.
 
     Means of many readings show the model's error e alone; of a single one it is sqrt(noise^2 + e^2).
     """
-    error = max(judged.checks[HELD_OUT].rmse ** 2 - found.floor[HELD_OUT] ** 2, 0.0)
+    error = max(judged.checks[run].rmse ** 2 - found.floor[run] ** 2, 0.0)
     return float(np.sqrt(noise**2 + error) / noise)
 
 

@@ -71,6 +71,7 @@ class Bench:
             slip_step=rig.slip_step,
             extra_torques=[e.extra_torque for e in truth.effects if e.overrides("extra_torque")],
             friction_laws=[e.dry_friction for e in truth.effects if e.overrides("dry_friction")],
+            load_scales=[e.load_torque for e in truth.effects if e.overrides("load_torque")],
         )
         self.rotor.hang(load)
         for channel in self.channels:

@@ -26,7 +26,8 @@ class Rotor:
         stops: tuple[float, float],
         slip_step: float,
         extra_torques: Sequence[Callable[[float, float], float]] = (),
-        friction_laws: Sequence[Callable[[float, float, float], float]] = (),
+        friction_laws: Sequence[Callable[[float, float, float, float], float]] = (),
+        load_scales: Sequence[Callable[[float], float]] = (),
     ) -> None:
         self.sides = tuple(sides)
         self.inertia = inertia
@@ -37,6 +38,7 @@ class Rotor:
         self.slip_step = slip_step
         self.extra_torques = tuple(extra_torques)
         self.friction_laws = tuple(friction_laws)
+        self.load_scales = tuple(load_scales)
         self.angle = 0.0
         self.velocity = 0.0
         self.slipping = False
@@ -46,6 +48,8 @@ class Rotor:
     def hang(self, mass: float) -> None:
         """Put a mass [kg] on the cable: torque m g R_d and inertia m R_d^2."""
         self.load_torque = mass * GRAVITY * self.disc_radius
+        for scale in self.load_scales:
+            self.load_torque = scale(self.load_torque)
         self.total_inertia = self.inertia + mass * self.disc_radius**2
 
     def torque(self, angle: float, velocity: float = 0.0) -> float:
@@ -63,7 +67,7 @@ class Rotor:
         if self.friction_laws:
             pull = abs(self.load_torque) + sum(abs(side.torque(angle)) for side in self.sides)
             for law in self.friction_laws:
-                level = law(level, speed, pull)
+                level = law(level, speed, pull, angle)
         return level
 
     def advance(self, duration: float) -> None:

@@ -1,10 +1,12 @@
 """The synthetic data set that stands in for the bench's own logs until those are there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from muscle_bayes.twin import protocols
+from muscle_bayes.twin.effects import Effect, make_effect
+from muscle_bayes.twin.parameters import Truth
 from muscle_bayes.twin.plans import THESIS_MASSES
 from muscle_bayes.twin.protocols import Protocol
 from muscle_bayes.twin.rig import Element, Fixture, Rig
@@ -22,13 +24,21 @@ SPRING_RUNS = ((0.108, 0.050), (0.124, 0.050), (0.136, 0.055), (0.147, 0.055), (
 that the spring keeps above its least length and the rotor swings widely, clear of the stops."""
 
 
-def shipped_runs() -> dict[str, tuple[Rig, Protocol]]:
+HIDDEN = (make_effect("coil-contact", onset=0.015), make_effect("damper-law"))
+"""What the muscle does besides equations 13 to 17, as the thesis' muscle did: its coils touch, and it
+drifts at room temperature, for HYST's damper follows another law of temperature."""
+
+PLAIN = "plain"
+"""Folder, in that of the shipped set, of the same runs with nothing hidden."""
+
+
+def shipped_runs(hidden: Sequence[Effect] = HIDDEN) -> dict[str, tuple[Rig, Protocol]]:
     """Rig and protocol of every shipped run, in the order of their seeds."""
     plan: dict[str, tuple[Rig, Protocol]] = {}
     for number, (mass, anchor_y) in enumerate(SPRING_RUNS, 1):
         rig = Rig(fixture=Fixture(anchor_y_a=anchor_y), element_a=Element(kind="spring"))
         plan[f"spring-{number}"] = (rig, protocols.spring(mass))
-    rig = Rig()
+    rig = Rig(truth=Truth(effects=tuple(hidden)))
     for mass in THESIS_MASSES:
         plan[f"staircase-{mass * 1000:.0f}g"] = (
             rig,
@@ -42,11 +52,13 @@ def shipped_runs() -> dict[str, tuple[Rig, Protocol]]:
 
 
 def simulate_shipped(
-    names: list[str] | None = None, progress: Callable[[str, float], None] | None = None
+    names: list[str] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    hidden: Sequence[Effect] = HIDDEN,
 ) -> dict[str, SimulatedRun]:
     """The shipped runs, or those named; `progress` hears a run's name and the share done of it."""
     runs = {}
-    for number, (name, (rig, protocol)) in enumerate(shipped_runs().items()):
+    for number, (name, (rig, protocol)) in enumerate(shipped_runs(hidden).items()):
         if names is not None and name not in names:
             continue
 
@@ -61,11 +73,16 @@ def simulate_shipped(
 def write_shipped(
     folder: Path, progress: Callable[[str, float], None] | None = None
 ) -> dict[str, SimulatedRun]:
-    """Write the whole set with truth.toml and README.md, and return its runs by name."""
-    check_free(folder, list(shipped_runs()))
+    """Write the whole set with truth.toml and README.md, and return its runs by name.
+
+    The same runs with nothing hidden go into its folder PLAIN.
+    """
+    for one in (folder, folder / PLAIN):
+        check_free(one, list(shipped_runs()))
     check_ours(folder / "README.md", _README.partition("\n")[0])
     runs = simulate_shipped(progress=progress)
     save_runs(folder, runs)
+    save_runs(folder / PLAIN, simulate_shipped(progress=progress, hidden=()))
     (folder / "README.md").write_bytes(readme().encode())
     return runs
 
@@ -103,6 +120,10 @@ about a real muscle. Each `NAME.toml` says `origin = "synthetic"`.
 {table}
 
 A run is `NAME.csv`, the log, and `NAME.toml`, what an experimenter would have written down.
+**Two effects are hidden in the runs of the muscle**, as the thesis' muscle had them: its coils touch
+(`coil-contact`), and it drifts at room temperature (`damper-law`). `muscle-bayes study` has to find them.
+The folder `plain` holds the same runs with nothing hidden.
+
 `truth.toml` holds the true parameters (Tables 1 and 2 of the thesis), each run's true sensor zero
 and its state at the first row. It is for judging an inference and is never read by one.
 

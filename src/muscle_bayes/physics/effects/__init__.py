@@ -9,11 +9,13 @@ from muscle_bayes.physics.effects.coil_contact import CoilContact
 from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
 from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
+from muscle_bayes.physics.effects.force_scale import ForceScale
 from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
 from muscle_bayes.physics.effects.load_dependent_friction import LoadDependentFriction
 from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
 from muscle_bayes.physics.effects.own import FILES, AnyEffectType, own_effects
 from muscle_bayes.physics.effects.partial_heating import PartialHeating
+from muscle_bayes.physics.effects.position_dependent_friction import PositionDependentFriction
 from muscle_bayes.physics.effects.potentiometer_nonlinearity import PotentiometerNonlinearity
 from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
 from muscle_bayes.physics.effects.second_relaxation import SecondRelaxation
@@ -33,10 +35,12 @@ CATALOGUE: dict[str, AnyEffectType] = {
         CoilContact,
         DamperLaw,
         FirstCycleSet,
+        ForceScale,
         HysteresisYield,
         LoadDependentFriction,
         ModulusTemperature,
         PartialHeating,
+        PositionDependentFriction,
         PotentiometerNonlinearity,
         QuadraticDrag,
         SecondRelaxation,
@@ -78,10 +82,12 @@ __all__ = [
     "CoilContact",
     "DamperLaw",
     "FirstCycleSet",
+    "ForceScale",
     "HysteresisYield",
     "LoadDependentFriction",
     "ModulusTemperature",
     "PartialHeating",
+    "PositionDependentFriction",
     "PotentiometerNonlinearity",
     "QuadraticDrag",
     "SecondRelaxation",

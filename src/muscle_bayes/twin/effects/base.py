@@ -30,12 +30,16 @@ class Effect:
 
     name: ClassVar[str] = ""
 
+    def load_torque(self, torque: float) -> float:
+        """Torque of the hanging mass in place of m g R_d, N m."""
+        return torque
+
     def extra_torque(self, angle: float, velocity: float) -> float:
         """Torque to add on the rotor, N m; angle in rad, velocity in rad/s."""
         return 0.0
 
-    def dry_friction(self, level: float, speed: float, pull: float) -> float:
-        """Dry friction in place of D at a speed (no sign) [rad/s], N m.
+    def dry_friction(self, level: float, speed: float, pull: float, angle: float) -> float:
+        """Dry friction in place of D at a speed (no sign) [rad/s] and an angle [rad], N m.
 
         pull: magnitudes of the torques of both sides and of the load, added up, N m.
         """

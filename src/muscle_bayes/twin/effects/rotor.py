@@ -62,7 +62,7 @@ class StribeckFriction(Effect):
     breakaway: float = 0.004
     speed: float = 0.3
 
-    def dry_friction(self, level: float, speed: float, pull: float) -> float:
+    def dry_friction(self, level: float, speed: float, pull: float, angle: float) -> float:
         return level + self.breakaway * math.exp(-((speed / self.speed) ** 2))
 
 
@@ -73,5 +73,27 @@ class LoadDependentFriction(Effect):
     name: ClassVar[str] = "load-dependent-friction"
     share: float = 0.015
 
-    def dry_friction(self, level: float, speed: float, pull: float) -> float:
+    def dry_friction(self, level: float, speed: float, pull: float, angle: float) -> float:
         return level + self.share * pull
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionDependentFriction(Effect):
+    """Dry friction is exp(slope theta) times as high; slope in 1/rad."""
+
+    name: ClassVar[str] = "position-dependent-friction"
+    slope: float = 2.0
+
+    def dry_friction(self, level: float, speed: float, pull: float, angle: float) -> float:
+        return level * math.exp(self.slope * angle)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceScale(Effect):
+    """The load pulls harder than its stated mass by a share `error`."""
+
+    name: ClassVar[str] = "force-scale"
+    error: float = 0.05
+
+    def load_torque(self, torque: float) -> float:
+        return torque * (1.0 + self.error)
