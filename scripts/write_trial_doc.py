@@ -33,7 +33,9 @@ at least half the error of a reading (noise and rounding).
 |---|---|---|---|---|
 """
 
-RIGS = "Of these {thesis} are of rigs like the thesis', {other} of pendulums, sprung discs and axes."
+RIGS = (
+    "Of these {thesis} are of rigs like the thesis', {other} of pendulums, sprung discs and axes."
+)
 CURRENT = "The code that searched them is that of this page."
 EARLIER = (
     "**Searched by earlier code**; the present code has not been tried on the whole trial yet."

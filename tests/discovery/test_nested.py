@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.fit import Fitted, Start, fit_all, sampled_values, with_effects
+from muscle_bayes.discovery.fit import (
+    Fitted,
+    Start,
+    first_share,
+    fit_all,
+    sampled_values,
+    with_effects,
+)
 from muscle_bayes.discovery.nominal import nest, without_blocks, without_runs
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.prior_draws import prior_draws
@@ -147,3 +154,10 @@ def test_readings_that_are_held_out_do_not_count(nested: Nested) -> None:
     part = without_blocks(nested.data, blocks, [1])
     hidden = np.asarray(part.lanes[0].weight).ravel()[: whole.weight.shape[1] // 2]
     assert np.all(hidden == 0.0)
+
+
+def test_the_first_share_of_every_run_is_its_first_readings(nested: Nested) -> None:
+    for whole, cut in zip(nested.data.lanes, first_share(nested.data, 0.25).lanes, strict=True):
+        for before, after in zip(np.asarray(whole.weight), np.asarray(cut.weight), strict=True):
+            seen = np.flatnonzero(before > 0)
+            assert np.flatnonzero(after > 0).tolist() == seen[: seen.size // 4].tolist()

@@ -132,6 +132,30 @@ def test_runs_that_something_restores_are_not_cut() -> None:
     assert segments(run, record) == [record]
 
 
+def test_segments_of_an_axis_at_rest_begin_where_it_stands(tmp_path) -> None:
+    """Equal readings count once: what is left out of a segment's readings is no reading of 0."""
+    time = np.arange(0.0, 3.0, 2e-3)
+    moved = 0.3 + 0.05 * np.clip(time - 2.0, 0.0, None)
+    noise = 4e-6 * np.random.default_rng(0).standard_normal(time.size)
+    shown = np.round((moved + np.where(time < 1.0, noise, 0.0)) / 5e-6) * 5e-6
+    rows = "".join(f"{t:.4g},{x:.6f},0.0\n" for t, x in zip(time, shown, strict=True))
+    (tmp_path / "axis.csv").write_text("t,x,f\n" + rows)
+    (tmp_path / "axis.toml").write_text(
+        'format = 1\nprotocol = "free"\norigin = "synthetic"\n[columns]\ntime = "t"\n'
+        'position = "x"\nposition_unit = "m"\napplied = "f"\n[fixture]\nmotion = "linear"\n'
+        '[element_a]\nkind = "none"\n[element_b]\nkind = "none"\n'
+    )
+    run = read_run(tmp_path / "axis.csv")
+    record = fast_record(run)
+    assert (record.weight == 0).any()
+    cut = segments(run, record)
+    begins = [one.schedule.time[0] for one in cut]
+    true = np.interp(begins, time, moved)
+    np.testing.assert_allclose([one.start_reading for one in cut], true, atol=5e-4)
+    speeds = [one.start_speed for one in cut]
+    np.testing.assert_allclose(speeds, np.where(np.array(begins) < 2.0, 0.0, 0.05), atol=0.02)
+
+
 @pytest.mark.parametrize("hertz", [0.5, 5.0, 30.0])
 def test_a_swing_is_not_averaged_away(hertz):
     time = np.arange(0.0, 2.0, 5e-4)

@@ -198,31 +198,32 @@ def annealed(
     noise: dict[str, float],
     groups: Sequence[Hashable],
     *,
-    steps: tuple[int, ...] = (4, 6),
+    rounds: Sequence[tuple[float, int]] = ((1.0, 4), (1.0, 6)),
     behind: float = 300.0,
     workers: int = 1,
     tick: Tick = lambda: None,
 ) -> list[Start]:
     """Starts after descents in which all misfit is white noise, best of each group first.
 
-    The noise is set to the misfit before each round: large first, so that a lasting discrepancy does not
-    hide what causes it, then as small as the misfit has become. Starts that cannot be evaluated, or end
-    `behind` the best of their group [nat], are left out; what is returned has lasting noise.
+    Each of the `rounds` takes the first share of every run, and so many steps. The noise is set to the
+    misfit before each: large first, so that a lasting discrepancy does not hide what causes it, then as
+    small as the misfit has become. Starts that cannot be evaluated, or end `behind` the best of their group
+    [nat], are left out; what is returned has lasting noise.
     """
     held = noise_names(nested)
-    rows = list(zip(starts, groups, strict=True))
-    fits: list[Fitted] = []
-    for count in steps:
-        seen = explained_all(nested, [start for start, _ in rows], workers)
-        rows = [
-            (tempered(nested, start, one.residuals), group)
-            for (start, group), one in zip(rows, seen, strict=True)
+    rows = list(zip(starts, groups, (start.data for start in starts), strict=True))
+    for share, count in rounds:
+        cut = [start._replace(data=first_share(data, share)) for start, _, data in rows]
+        seen = explained_all(nested, cut, workers)
+        begun = [
+            (tempered(nested, start, one.residuals), *row[1:])
+            for start, one, row in zip(cut, seen, rows, strict=True)
             if np.isfinite(float(one.potential))
         ]
-        owners = [group for _, group in rows]
+        owners = [group for _, group, _ in begun]
         fits = fit_all(
             nested,
-            [start for start, _ in rows],
+            [start for start, _, _ in begun],
             held,
             count,
             behind=behind,
@@ -230,19 +231,28 @@ def annealed(
             workers=workers,
             tick=tick,
         )
-        best = {
-            g: min(f.potential for f, o in zip(fits, owners, strict=True) if o == g)
-            for g in dict.fromkeys(owners)
-        }
+        best: dict[Hashable, float] = {}
+        for fit, group in zip(fits, owners, strict=True):
+            best[group] = min(fit.potential, best.get(group, np.inf))
         kept = [
-            (fit, group)
-            for fit, group in zip(fits, owners, strict=True)
-            if fit.potential <= best[group] + behind and np.isfinite(fit.potential)
+            (fit.potential, fit.start, *row[1:])
+            for fit, row in zip(fits, begun, strict=True)
+            if np.isfinite(fit.potential) and fit.potential <= best[row[1]] + behind
         ]
-        kept.sort(key=lambda one: one[0].potential)
-        rows = [(fit.start, group) for fit, group in kept]
-        fits = [fit for fit, _ in kept]
-    return [tempered(nested, fit.start, fit.look.residuals, noise) for fit in fits]
+        rows = [row for _, *row in sorted(kept, key=lambda one: one[0])]  # type: ignore[misc]
+    ends = [start._replace(data=data) for start, _, data in rows]
+    seen = explained_all(nested, ends, workers)
+    return [tempered(nested, s, one.residuals, noise) for s, one in zip(ends, seen, strict=True)]
+
+
+def first_share(data: Data, share: float, fewest: int = 12) -> Data:
+    """The data with this share of every lane's observed intervals, from the first on; `fewest` at least."""
+    lanes = []
+    for group in data.lanes:
+        rank = jnp.cumsum(group.weight > 0, axis=1)
+        seen = rank <= jnp.maximum(share * rank[:, -1:], fewest)
+        lanes.append(group._replace(weight=jnp.where(seen, group.weight, 0.0)))
+    return data._replace(lanes=tuple(lanes))
 
 
 def settled(nested: Nested, fitted: Fitted, rounds: int = 3, workers: int = 1) -> Fitted:

@@ -62,10 +62,14 @@ class Search:
             self.nested, starts, self.noise, groups, workers=self.workers, tick=self.tick, **options
         )
 
+    def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
+        """Whether the misfit of some regime is so many times the noise of a reading."""
+        levels = misfit(self.nested, fitted.look.residuals, fitted.data)
+        return any(rms > times * self.noise[regime] for regime, (rms, _) in levels.items())
+
     def scored(self, base: Fitted, names: Sequence[str], seed: int) -> dict[str, list[Candidate]]:
         """Candidates beside `base`; where its misfit is large, as if that were white noise."""
-        levels = misfit(self.nested, base.look.residuals, base.data)
-        if any(rms > 3.0 * self.noise[regime] for regime, (rms, _) in levels.items()):
+        if self.is_gross(base):
             start = tempered(self.nested, base.start, base.look.residuals)
             (base,) = self.fit([start], held=noise_names(self.nested), steps=15)
         return candidates(self.nested, base, names, seed, workers=self.workers)
@@ -110,8 +114,29 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     # With lasting noise a point begins far above where it soon is: none is given up before that.
     begun = [one.start for one in search.fit(finals, steps=8)]
     _keep(fits, search.fit(begun, behind=200.0))
+    if fits and search.is_gross(max(fits.values(), key=_evidence)):
+        search.report("candidates, along the runs", 0, 1)
+        _keep(fits, _along_the_runs(search, [one.start for one in chosen]))
     search.report("candidates", len(screened), len(screened))
     return fits
+
+
+def _along_the_runs(
+    search: Search,
+    starts: Sequence[Start],
+    shares: tuple[float, ...] = (0.15, 0.3, 0.5, 0.7, 1.0, 1.0),
+    steps: int = 8,
+    behind: float = 100.0,
+    most: int = 6,
+) -> list[Fitted]:
+    """All effects fitted to ever more of the runs, from their first part on; the best `most` to the end.
+
+    Where a rotor runs away, or a state is remembered, a descent over whole runs fails far from the truth;
+    what explains the first part leads on to the next.
+    """
+    effects = [start.effects[-1] for start in starts]
+    rounds = [(share, steps) for share in shares]
+    return search.fit(search.anneal(starts, effects, rounds=rounds, behind=behind)[:most])
 
 
 def _evidence(one: Fitted) -> float:
@@ -181,7 +206,7 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
         if np.isfinite(away) and away > seen:
             kept.append(row)
     groups = [row.effects[-1] for row in kept]
-    begun = search.anneal(kept, groups, steps=(6,), behind=100.0)
+    begun = search.anneal(kept, groups, rounds=[(1.0, 6)], behind=100.0)
     best: dict[str, list[Start]] = {}
     for start in begun:
         best.setdefault(start.effects[-1], []).append(start)

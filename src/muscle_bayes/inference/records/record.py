@@ -410,6 +410,9 @@ def segments(run: Run, record: Record) -> list[Record]:
     nodes = record.schedule.time
     pieces = max(1, round(float(nodes[-1] - nodes[0]) / SEGMENT))
     cuts = [int(cut) for cut in np.linspace(0, nodes.size - 1, pieces + 1)]
+    # A reading that is shown again and again counts once, but it is what is shown.
+    last_seen = np.maximum.accumulate(np.where(record.weight > 0, np.arange(record.time.size), 0))
+    shown = record.reading[last_seen]
     result = []
     for first, last in pairwise(cuts):
         steps, around = slice(first, last), slice(first, last + 1)
@@ -420,9 +423,9 @@ def segments(run: Run, record: Record) -> list[Record]:
             record.schedule.applied[steps],
         )
         time, reading = record.time[steps], record.reading[steps]
-        near = slice(0, min(time.size, 8))
-        slope, value = np.polyfit(time[near] - nodes[first], reading[near], 1)
         weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
+        near = slice(first, min(first + 8, last))
+        slope, value = np.polyfit(record.time[near] - nodes[first], shown[near], 1)
         start = float(value), float(slope)
         slowing = record.deceleration[around]
         unsure = record.heat_variance[steps]
