@@ -39,7 +39,7 @@ def nested() -> Nested:
 def _values(effects: tuple[str, ...], nested: Nested) -> tuple[dict, float]:
     """A draw of the candidate's own problem, and its potential there."""
     own = pose(nested.problem.runs, "coulomb", effects)
-    drawn = prior_draws(jax.random.key(4), 1, own.layout, own.data)
+    drawn = prior_draws(jax.random.key(7), 1, own.layout, own.data)
     values = {name: value[0] for name, value in drawn.items()}
     vector = unconstrain(values, own.layout, own.data)
     return values, potential_at(vector, own.layout, own.data)

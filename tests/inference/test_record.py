@@ -152,8 +152,10 @@ def test_segments_of_an_axis_at_rest_begin_where_it_stands(tmp_path) -> None:
     begins = [one.schedule.time[0] for one in cut]
     true = np.interp(begins, time, moved)
     np.testing.assert_allclose([one.start_reading for one in cut], true, atol=5e-4)
-    speeds = [one.start_speed for one in cut]
-    np.testing.assert_allclose(speeds, np.where(np.array(begins) < 2.0, 0.0, 0.05), atol=0.02)
+    speeds = np.array([one.start_speed for one in cut])
+    near = np.abs(np.array(begins) - 2.0) < 0.1
+    expected = np.where(np.array(begins) < 2.0, 0.0, 0.05)
+    np.testing.assert_allclose(speeds[~near], expected[~near], atol=1e-3)
 
 
 @pytest.mark.parametrize("hertz", [0.5, 5.0, 30.0])
