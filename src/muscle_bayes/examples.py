@@ -8,9 +8,9 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 
 GROUPS = {
-    "springs": "spring-*.csv",
-    "staircases": "staircase-*.csv",
-    "sawtooth": "sawtooth.csv",
+    "springs": "plain/spring-*.csv",
+    "staircases": "plain/staircase-*.csv",
+    "sawtooth": "plain/sawtooth.csv",
     "lot": "lot/*/*.csv",
 }
 """Files of each example."""
@@ -41,17 +41,17 @@ def load_example(name: str) -> list[Run]:
     folder = _folder()
     if name in GROUPS:
         return read_runs(sorted(folder.glob(GROUPS[name])))
-    single = sorted(path.stem for path in folder.glob("*.csv"))
+    single = sorted(path.stem for path in folder.glob("plain/*.csv"))
     if name not in single:
         known = [*GROUPS, *(one for one in single if one not in GROUPS)]
         raise MuscleBayesError(
             f"there is no example {name!r}.{did_you_mean(name, known)} Fix: choose one of "
             f"{', '.join(known)}."
         )
-    return read_runs([folder / f"{name}.csv"])
+    return read_runs([folder / "plain" / f"{name}.csv"])
 
 
 def _folder() -> Path:
-    """The shipped runs: inside an installed package, in `data/plain` of a checkout."""
+    """The shipped runs: inside an installed package, in `data` of a checkout."""
     installed = Path(str(files("muscle_bayes") / "example_data"))
-    return (installed if installed.is_dir() else Path(__file__).parents[2] / "data") / "plain"
+    return installed if installed.is_dir() else Path(__file__).parents[2] / "data"

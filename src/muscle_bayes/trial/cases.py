@@ -90,12 +90,13 @@ def cases(kind: Kind, count: int, seed: int) -> list[Case]:
     found = []
     for place, rig in enumerate(RIG_NAMES):
         inside, outside = hidden[rig]
-        choices: list[tuple[str, ...]] = {
+        every: dict[Kind, list[tuple[str, ...]]] = {
             "none": [()],
             "single": [(name,) for name in inside],
             "outside": [(name,) for name in outside],
             "pair": list(combinations(inside, 2)),
-        }[kind]
+        }
+        choices = every[kind]
         order = np.random.default_rng((seed, KINDS.index(kind), place)).permutation(len(choices))
         for index in range(place, count, len(RIG_NAMES)):
             chosen = choices[order[index // len(RIG_NAMES) % len(choices)]]
