@@ -61,7 +61,9 @@ def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
             for row, line in enumerate(one.traces):
                 _residuals(axes[row, column], line, one)
                 if column == 0:
-                    axes[row, 0].set_ylabel(f"{line.run}\n[{line.unit}]", fontsize=7)
+                    axes[row, 0].set_ylabel(
+                        f"{line.run}\n[{line.unit}]", fontsize=7, rotation=0, ha="right", va="center"
+                    )
             axes[0, column].set_title(f"{when}: p = {one.p_value:.2g}")
             axes[-1, column].set_xlabel("time [s]")
         fig.suptitle(
