@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_cases import posterior_of
 
-from muscle_bayes.inference.posteriors.identifiability import identify
+from muscle_bayes.inference.posteriors.identifiability import identify, only_ratios
 
 RNG = np.random.default_rng(0)
 PRIOR = {name: RNG.standard_normal(4000) for name in ("a", "b", "c")}
@@ -69,3 +69,13 @@ def test_one_parameter_alone_and_plain_numbers():
     assert report.trade_offs == ()
     json.dumps(report.as_dict())
     assert "contraction" in report._repr_html_()
+
+
+def test_parameters_that_are_known_but_for_a_common_scale_are_named():
+    scale = np.exp(PRIOR["a"])
+    prior = {"J": scale, "D": np.exp(PRIOR["b"]), "rate": np.exp(PRIOR["c"])}
+    ratio = 2.0 * scale * np.exp(0.01 * RNG.standard_normal(4000))
+    known = np.exp(0.01 * PRIOR["c"])
+    assert only_ratios(posterior_of(prior, {"J": scale, "D": ratio, "rate": known})) == ["J", "D"]
+    assert only_ratios(posterior_of(prior, {"J": known, "D": 2 * known, "rate": known})) == []
+    assert only_ratios(posterior_of(prior, prior)) == []

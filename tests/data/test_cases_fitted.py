@@ -64,6 +64,7 @@ def test_a_wheel_that_coasts_tells_the_ratio_of_friction_to_inertia(cases: Path)
     ratio = (draws["D"] / draws["J"]).to_numpy()
     assert ratio.std() < 0.02 * ratio.mean()
     assert draws["J"].to_numpy().std() > 0.5 * draws["J"].to_numpy().mean()
+    assert summarise(posterior)["only_ratios"] == ["J", "D"]
 
 
 def test_a_free_swing(cases: Path) -> None:

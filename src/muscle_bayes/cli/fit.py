@@ -157,6 +157,12 @@ def print_summary(summary: dict[str, Any]) -> None:
         console.print("converged", style="green")
     else:
         console.print("NOT CONVERGED: " + "; ".join(summary["complaints"]), style="bold red")
+    if tied := summary["only_ratios"]:
+        console.print(
+            f"only ratios are identified of {', '.join(tied)}. "
+            "Fix: state a mass, an inertia or a force, if one is known.",
+            highlight=False,
+        )
     if summary["explained"]:
         console.print("explained: yes", style="green")
     else:

@@ -244,3 +244,29 @@ def identify(posterior: Posterior) -> Identifiability:
     ]
     pairs.sort(key=lambda pair: -abs(pair[2]))
     return Identifiability(reports, tuple(pairs), directions(names, prior, after))
+
+
+def only_ratios(posterior: Posterior, loose: float = 0.2, tied: float = 0.1) -> list[str]:
+    """Positive parameters of which the readings identify no more than their ratios.
+
+    As J, friction and rates where no mass, inertia or force is stated.
+
+    Args:
+        posterior: whose scalar parameters.
+        loose: standard deviation of a logarithm above which a parameter is not identified.
+        tied: share of it that a ratio's logarithm may keep.
+
+    Returns:
+        Their names: none, or two and more.
+    """
+    draws = {
+        name: posterior.tree["posterior"][name].to_numpy().ravel() for name in _scalars(posterior)
+    }
+    logs = {name: np.log(values) for name, values in draws.items() if np.all(values > 0.0)}
+    open_ones = {name: log for name, log in logs.items() if log.std() > loose}
+    groups = [
+        [other for other, log in open_ones.items() if (log - own).std() < tied * own.std()]
+        for own in open_ones.values()
+    ]
+    largest = max(groups, key=len, default=[])
+    return largest if len(largest) > 1 else []

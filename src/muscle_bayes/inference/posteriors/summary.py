@@ -8,6 +8,7 @@ import numpy as np
 
 from muscle_bayes.inference.model.reduction import ReductionError
 from muscle_bayes.inference.posteriors.explained import unexplained
+from muscle_bayes.inference.posteriors.identifiability import only_ratios
 from muscle_bayes.inference.posteriors.posterior import Posterior
 
 
@@ -17,7 +18,8 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
     `rmse` is that of the mean model in the run's own `unit`; `coverage90` the share of readings
     inside the central 90 % of the predictive draws. `inertia` of a slow run says by how much its
     readings would change without the rotor's inertia, and whether it was kept for that. `unexplained`
-    says why the model does not explain its runs; `explained` is whether it does.
+    says why the model does not explain its runs; `explained` is whether it does. `only_ratios` names
+    parameters of which no more than their ratios are identified.
     """
     group = posterior.tree["posterior"].to_dataset()
     chosen = group[list(posterior.parameters)]
@@ -41,6 +43,7 @@ def summarise(posterior: Posterior) -> dict[str, Any]:
         "complaints": list(posterior.complaints),
         "explained": not (reasons := unexplained(posterior)),
         "unexplained": reasons,
+        "only_ratios": only_ratios(posterior),
         "friction": posterior.friction,
         "effects": list(posterior.effects),
         "runs": _fitted_runs(posterior),
