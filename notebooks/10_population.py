@@ -31,7 +31,7 @@ EFFORT = "quick"
 
 # %%
 lot = mb.load_example("lot")
-{run.name: run.metadata.element_a.specimen for run in lot}
+[run.name for run in lot]
 
 # %% [markdown]
 # ## One after the other, then together

@@ -62,7 +62,11 @@ def misfit_figure(found: Discovery, origins: Mapping[str, str]) -> Figure:
                 _residuals(axes[row, column], line, one)
                 if column == 0:
                     axes[row, 0].set_ylabel(
-                        f"{line.run}\n[{line.unit}]", fontsize=7, rotation=0, ha="right", va="center"
+                        f"{line.run}\n[{line.unit}]",
+                        fontsize=7,
+                        rotation=0,
+                        ha="right",
+                        va="center",
                     )
             axes[0, column].set_title(f"{when}: p = {one.p_value:.2g}")
             axes[-1, column].set_xlabel("time [s]")

@@ -29,6 +29,8 @@ NAMES: Final = (
     "time_constant",
     "softening",
 )
+SITE_UNITS: Final = dict(zip(NAMES, ("1", "1", "1", "N", "N", "N", "N", "s", "1"), strict=True))
+"""Units of these quantities."""
 PLAIN: Final = ("taut_strain", "bend")
 
 Coordinates = Float[np.ndarray, "draw coordinate"]
@@ -53,14 +55,19 @@ def coordinates(table: Mapping[str, np.ndarray], base_length: float, tension: fl
     return np.stack(columns, axis=1)
 
 
-@double_precision
-def table_of(place: Coordinates, base_length: float, tension: float) -> dict[str, np.ndarray]:
-    """Table 2's parameters of muscles at these coordinates."""
+def quantities(place: Coordinates) -> dict[str, np.ndarray]:
+    """The quantities of `NAMES` at these coordinates."""
     values = {}
     for name, column in zip(NAMES, place.T, strict=True):
         if name == "softening":
             values[name] = 1.0 / (1.0 + np.exp(-column))
         else:
             values[name] = column if name in PLAIN else np.exp(column)
-    found = muscle_parameters(values, base_length, tension)
+    return values
+
+
+@double_precision
+def table_of(place: Coordinates, base_length: float, tension: float) -> dict[str, np.ndarray]:
+    """Table 2's parameters of muscles at these coordinates."""
+    found = muscle_parameters(quantities(place), base_length, tension)
     return {name: np.asarray(getattr(found, name)) for name in MUSCLE_PARAMETERS}

@@ -14,8 +14,15 @@ from jaxtyping import Float
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.population.coordinates import NAMES, coordinates, table_of
+from muscle_bayes.inference.population.coordinates import (
+    NAMES,
+    SITE_UNITS,
+    coordinates,
+    quantities,
+    table_of,
+)
 from muscle_bayes.inference.posteriors.posterior import Posterior
+from muscle_bayes.markup import html_table, plain_table, three_digits
 
 SHARED = ("J", "D")
 """Parameters of the fixture, which specimens share."""
@@ -80,19 +87,20 @@ class Population:
         return cls(place, none, {}, shared, posterior.friction, posterior.effects, length, tension)
 
     def summary(self) -> pd.DataFrame:
-        """Mean and spread of every coordinate: posterior mean and 90 % interval.
+        """The middle of the population and its spread: posterior mean and 90 % interval.
 
-        Spreads are relative (of a logarithm) but for taut strain, bend [1] and softening (of a logit).
+        The middle is in `unit`. Spreads are relative (of a logarithm), but for taut strain and bend, whose
+        spread is in strain, and softening, of whose logit it is.
         """
+        middles = quantities(self.mean)
         rows = {}
         for place, name in enumerate(NAMES):
-            row: dict[str, float] = {}
-            for what in ("mean", "spread"):
-                value = getattr(self, what)[:, place]
+            row: dict[str, float | str] = {"unit": SITE_UNITS[name]}
+            for what, value in (("middle", middles[name]), ("spread", self.spread[:, place])):
                 low, high = np.quantile(value, (0.05, 0.95))
                 row |= {what: value.mean(), f"{what} 5 %": low, f"{what} 95 %": high}
             rows[name] = row
-        return pd.DataFrame(rows).T
+        return pd.DataFrame.from_dict(rows, orient="index")
 
     def save(self, path: Path | str) -> None:
         """Write NetCDF, replacing `path` only when it is whole."""
@@ -141,17 +149,23 @@ class Population:
             float(tree.attrs["tension"]),
         )
 
+    def _rows(self) -> tuple[tuple[str, ...], list[list[str]]]:
+        table = self.summary()
+        rows = [
+            [str(name), *(v if isinstance(v, str) else three_digits(v) for v in row)]
+            for name, row in zip(table.index, table.to_numpy(), strict=True)
+        ]
+        return ("quantity", *map(str, table.columns)), rows
+
+    def _title(self) -> str:
+        names = ", ".join(self.specimens)
+        return f"Population of {names or 'one specimen'}; spread is relative"
+
     def __repr__(self) -> str:
-        count = len(self.specimens)
-        table = self.summary().round(3).to_string()
-        return f"Population of {count or 1} specimen{'s' if count > 1 else ''}\n{table}"
+        return f"{self._title()}\n{plain_table(*self._rows())}"
 
     def _repr_html_(self) -> str:
-        count = len(self.specimens)
-        return (
-            f"<p><b>Population</b> of {escape(', '.join(self.specimens) or str(count))}</p>"
-            f"{self.summary()._repr_html_()}"  # type: ignore[operator]
-        )
+        return f"<p>{escape(self._title())}</p>{html_table(*self._rows())}"
 
 
 def contents(
