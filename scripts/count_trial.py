@@ -1,7 +1,7 @@
 """Count what a trial has left so far, whichever code searched it; nothing is searched.
 
-python scripts/count_trial.py FOLDER, with outcomes in FOLDER/cases. Of each kind the cases count that
-come before the first which is not there, so that none is chosen by how it ended.
+python scripts/count_trial.py FOLDER, with outcomes in FOLDER/cases. Of each kind, on each kind of
+rig, the cases count that come before the first which is not there: none is chosen by how it ended.
 """
 
 import json
@@ -11,7 +11,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from muscle_bayes.cli.trial import write_counts
-from muscle_bayes.trial.cases import KINDS, cases
+from muscle_bayes.trial.cases import KINDS, RIG_NAMES, cases
 
 SEED = 0
 """Of `make trial`."""
@@ -23,7 +23,11 @@ def main(folder: Path) -> None:
     chosen = [
         kept[one.name]
         for kind in KINDS
-        for one in takewhile(lambda one: one.name in kept, cases(kind, len(kept), SEED))
+        for rig in RIG_NAMES
+        for one in takewhile(
+            lambda one: one.name in kept,
+            (one for one in cases(kind, len(RIG_NAMES) * len(kept), SEED) if one.rig == rig),
+        )
     ]
     codes = Counter(one["inputs"] for one in chosen)
     write_counts(folder, codes, [one["result"] for one in chosen])

@@ -83,7 +83,7 @@ def test_what_is_kept_counts_up_to_the_first_case_that_is_not(tmp_path: Path) ->
             kept.write_text(json.dumps({"inputs": str(index % 2), "result": _outcomes(1)[0]}))
     runpy.run_path(str(SCRIPTS / "count_trial.py"))["main"](tmp_path)
     numbers = json.loads((tmp_path / "trial.json").read_text())
-    assert numbers["kinds"] == {"none": 4}
-    assert numbers["codes"] == {"0": 2, "1": 2}
-    assert len(json.loads((tmp_path / "outcomes.json").read_text())["outcomes"]) == 4
+    assert numbers["kinds"] == {"none": 5}
+    assert numbers["codes"] == {"0": 2, "1": 3}
+    assert len(json.loads((tmp_path / "outcomes.json").read_text())["outcomes"]) == 5
     assert (tmp_path / "trial.png").exists()
