@@ -71,6 +71,13 @@ def limits() -> str:
                 f"it may be {rise - cool:g} C warmer, then CLEAR",
             ),
             ("output registers other than they were set", "within 1 ms, latched", "CLEAR"),
+            (
+                f"while HOLD is at work: the potentiometer reads within {value['ANGLE_END']} counts of an "
+                f"end, or has jumped by more than {value['ANGLE_JUMP']} counts in 1 ms, for "
+                f"{value['ANGLE_DOUBTED_MS']} ms",
+                "then, latched",
+                "CLEAR; HOLD is refused at an end",
+            ),
         ),
     )
 

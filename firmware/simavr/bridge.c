@@ -53,6 +53,7 @@ struct chip {
     uint32_t word, shifted;
     int bits;                       /* 0: there is none */
     bool selected;
+    uint32_t reads;                 /* times that it was let go after having been selected */
 };
 
 struct load_cell {
@@ -197,6 +198,7 @@ static void select_moves(avr_irq_t *irq, uint32_t value, void *param)
     for (int i = 0; i < CHANNELS; i++) {
         struct chip *chip = &b->chip[i];
         if (irq == avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), PIN_SELECT + i)) {
+            chip->reads += chip->selected && value;
             chip->selected = !value;
             chip->shifted = chip->bits ? chip->word << (32 - chip->bits) : 0;
         }
@@ -246,6 +248,12 @@ void bridge_chip(struct bridge *b, int channel, uint32_t word, int bits)
 {
     b->chip[channel].word = word;
     b->chip[channel].bits = bits;
+}
+
+/* How often a channel's chip has been read. */
+uint32_t bridge_chip_reads(struct bridge *b, int channel)
+{
+    return b->chip[channel].reads;
 }
 
 /* The load cell's converter gives these 24 bits from its next conversion on; or it is gone. */

@@ -200,8 +200,7 @@ static void control(struct bench *b)
     uint8_t duty[CHANNELS];
     if (b->safety.faults) {
         control_stop(&b->control);
-    } else if (b->sampled && control_tick(&b->control, (int16_t)b->latest.angle,
-                                          b->safety.temperature, duty)) {
+    } else if (b->sampled && control_tick(&b->control, b->safety.temperature, duty)) {
         safety_drive(&b->safety, duty);
     }
 }
@@ -240,6 +239,11 @@ void bench_sample(struct bench *b, struct sample sample)
     average(&b->second, sample.second, !b->sampled);
     b->latest = sample;
     b->sampled = true;
+    if (!control_sees(&b->control, (int16_t)sample.angle)) {
+        control_stop(&b->control);
+        safety_fault(&b->safety, FAULT_ANGLE);
+        tell_faults(b);
+    }
     if (b->stream_period_ms == 0) {
         return;
     }

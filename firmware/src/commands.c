@@ -117,6 +117,10 @@ static void run_hold(struct call *c)
         c->error = "BUSY";
         return;
     }
+    if (!control_plausible(b->control.reading)) {
+        c->error = "ANGLE";
+        return;
+    }
     if (!control_hold(&b->control, setpoint)) {
         c->error = "GAINS";
         return;

@@ -1,5 +1,7 @@
 #include "control.h"
 
+#include "limits.h"
+
 #ifndef GAINS_HEADER
 #define GAINS_HEADER "gains.h"
 #endif
@@ -25,6 +27,7 @@ void control_stop(struct control *c)
     c->begun = false;
     c->sum = 0;
     c->wait_ms = 0;
+    c->doubted_ms = 0;
 }
 
 bool control_hold(struct control *c, int16_t setpoint)
@@ -35,6 +38,22 @@ bool control_hold(struct control *c, int16_t setpoint)
     c->active = true;
     c->setpoint = setpoint;
     return true;
+}
+
+bool control_plausible(int16_t reading)
+{
+    return reading >= ANGLE_END && reading <= ANGLE_TOP - ANGLE_END;
+}
+
+bool control_sees(struct control *c, int16_t reading)
+{
+    int16_t jump = (int16_t)(reading - c->reading);
+    if (!c->active || (control_plausible(reading) && jump <= ANGLE_JUMP && jump >= -ANGLE_JUMP)) {
+        c->reading = reading;
+        c->doubted_ms = 0;
+        return true;
+    }
+    return ++c->doubted_ms < ANGLE_DOUBTED_MS;
 }
 
 static int32_t clamped(int64_t value, int32_t low, int32_t high)
@@ -64,14 +83,14 @@ static int32_t heat(int32_t share, int16_t temperature)
 #endif
 }
 
-static int32_t faded(int32_t duty, int16_t temperature)
+/* The most that a heater may have at a temperature. */
+static int32_t allowed(int16_t temperature)
 {
-    int32_t left = clamped(GAINS_FADE_HIGH - (int32_t)temperature, 0, GAINS_FADE_HIGH - GAINS_FADE_LOW);
-    return duty * left / (GAINS_FADE_HIGH - GAINS_FADE_LOW);
+    const int32_t span = GAINS_FADE_HIGH - GAINS_FADE_LOW;
+    return FULL_DUTY * clamped(GAINS_FADE_HIGH - (int32_t)temperature, 0, span) / span;
 }
 
-bool control_tick(struct control *c, int16_t reading, const int16_t temperature[CHANNELS],
-                  uint8_t duty[CHANNELS])
+bool control_tick(struct control *c, const int16_t temperature[CHANNELS], uint8_t duty[CHANNELS])
 {
     if (!c->active) {
         return false;
@@ -82,28 +101,24 @@ bool control_tick(struct control *c, int16_t reading, const int16_t temperature[
     }
     c->wait_ms = GAINS_PERIOD_MS - 1;
     if (!c->begun) {
-        c->reference = (int32_t)reading * 65536;
+        c->reference = (int32_t)c->reading * 65536;
         c->begun = true;
     }
     int64_t gap = (int64_t)c->setpoint * 65536 - c->reference;
     c->reference += (int32_t)(gap * GAINS_FILTER / 65536);
-    int32_t error = c->reference / 256 - (int32_t)reading * 256;
+    int32_t error = c->reference / 256 - (int32_t)c->reading * 256;
     int64_t pi = ((int64_t)GAINS_KP * 256 * error + (int64_t)GAINS_KI * c->sum) / 16777216;
     int32_t wanted = clamped(pi, -32000, 32000) + feed(c->reference / 65536);
 
     const int32_t base = GAINS_BIAS + (GAINS_CASCADE ? GAINS_ROOM : 0);
     const int32_t most = GAINS_CASCADE ? GAINS_HOTTEST : FULL_DUTY;
     int32_t share[CHANNELS] = {clamped(base + wanted, base, most), clamped(base - wanted, base, most)};
-    bool governed = false;
     for (uint8_t i = 0; i < CHANNELS; i++) {
-        int32_t full = heat(share[i], temperature[i]);
-        duty[i] = (uint8_t)faded(full, temperature[i]);
-        governed = governed || duty[i] < full;
+        int32_t most_now = allowed(temperature[i]), asked = heat(share[i], temperature[i]);
+        duty[i] = (uint8_t)(asked < most_now ? asked : most_now);
     }
-    if (!governed) {
-        int32_t became = share[0] - share[1];
-        int64_t sum = (int64_t)c->sum + error + (int64_t)GAINS_BACK * (became - wanted);
-        c->sum = clamped(sum, -SUM_LIMIT, SUM_LIMIT);
-    }
+    int32_t became = GAINS_CASCADE ? share[0] - share[1] : (int32_t)duty[0] - duty[1];
+    int64_t sum = (int64_t)c->sum + error + (int64_t)GAINS_BACK * (became - wanted);
+    c->sum = clamped(sum, -SUM_LIMIT, SUM_LIMIT);
     return true;
 }

@@ -8,8 +8,8 @@
  *   CASCADE 0: duties = BIAS + v for heater A, BIAS - v for heater B, each at least BIAS and at most 255
  *   CASCADE 1: the same in 0.1 C about BIAS, at most HOTTEST, is the temperature T* asked for, and
  *              duty = (HOLD (T* - ROOM) + HEAT (T* - T)) / 2^8, 0 to 255
- *   both: a duty fades to nothing between the temperatures FADE_LOW and FADE_HIGH [0.1 C], as reported
- *   sum += e + BACK (what A is given more than B - v): back-calculation at limits; not while a duty fades.
+ *   both: a duty is at most 255 (FADE_HIGH - T) / (FADE_HIGH - FADE_LOW), T the temperature as reported
+ *   sum += e + BACK (what A is given more than B - v): back-calculation at limits
  * A reading that falls as muscle A contracts takes negative KP, KI and BACK. */
 #ifndef GAINS_H
 #define GAINS_H

@@ -41,10 +41,11 @@ uint8_t thermometer_bits(uint8_t kind)
     return kind == THERMOMETER_MAX31855 ? 32 : kind == THERMOMETER_MAX6675 ? 16 : 0;
 }
 
-/* Quarters of a degree to tenths. */
+/* Quarters of a degree to tenths, a half towards the even one: no bias. */
 static int16_t tenths(int16_t quarters)
 {
-    return (int16_t)(quarters * 5 / 2);
+    int16_t doubled = (int16_t)(quarters * 5), half = (int16_t)(doubled / 2);
+    return doubled % 2 && half % 2 ? (int16_t)(half + (doubled > 0 ? 1 : -1)) : half;
 }
 
 static int16_t thermistor(const struct wiring *w, uint32_t sum, bool *sense)

@@ -32,4 +32,11 @@
 /* A board's own thermometer that has told nothing for so long while its tube is heated is lost. */
 #define SENSED_WITHIN_MS 480
 
+/* While the board holds an angle its potentiometer must not read what a broken or shorted wire makes of
+ * it, nor jump: no rotor turns so far in a millisecond. What lasts is a fault. Counts. */
+#define ANGLE_TOP 1023
+#define ANGLE_END 8                 /* counts from an end within which a wire is broken or shorted */
+#define ANGLE_JUMP 60
+#define ANGLE_DOUBTED_MS 20
+
 #endif

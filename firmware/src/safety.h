@@ -17,7 +17,8 @@ enum fault {
     FAULT_WATCHDOG = 8,         /* the firmware hung and was reset */
     FAULT_BROWN_OUT = 16,       /* the supply sagged and the board was reset */
     FAULT_SENSOR = 32,          /* temperature absent while heating, absurd, or heat does not show */
-    FAULT_INTERNAL = 64         /* output registers are not what they should be */
+    FAULT_INTERNAL = 64,        /* output registers are not what they should be */
+    FAULT_ANGLE = 128           /* while an angle is held: its potentiometer is open, shorted, or jumps */
 };
 
 struct limits {

@@ -10,8 +10,7 @@ import pytest
 from host_firmware import HostFirmware
 from jax.experimental import io_callback
 
-from muscle_bayes.bench.boards.protocol import Error, Fault, encode
-from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
+from muscle_bayes.bench.boards.protocol import Error, Fault
 from muscle_bayes.control.closed_loop import Clock, simulate, start_of
 from muscle_bayes.control.design import Design
 from muscle_bayes.control.draws import JointDraws
@@ -19,7 +18,6 @@ from muscle_bayes.control.gains import FeedForward, Gains, Inner, gains_header, 
 from muscle_bayes.control.law import Law, Measured
 from muscle_bayes.control.scenarios import square
 from muscle_bayes.study.published import TABLE_1, TABLE_2
-from muscle_bayes.twin import Element, Rig
 
 PERIOD_MS = 20
 TABLE = FeedForward(angle=(-0.12, 0.0, 0.1), output=(-70.0, 3.0, 55.0))
@@ -179,6 +177,39 @@ def test_the_dead_man_watches_it(holding):
     assert holding.duties == (0, 0)
 
 
+@pytest.mark.parametrize("reading", [0, 7, 1016, 1023, 570, 430])
+def test_a_potentiometer_that_is_open_shorted_or_jumps_is_a_fault(holding, reading):
+    for _ in range(19):
+        holding.sample(0, reading)
+        holding.tick()
+    assert holding.faults == 0
+    holding.sample(0, reading)
+    holding.tick()
+    assert holding.faults == Fault.ANGLE
+    assert holding.duties == (0, 0)
+
+
+def test_a_glitch_of_the_potentiometer_changes_nothing(tuned):
+    duties = []
+    for glitch in (500, 0):
+        board = HostFirmware(tuned)
+        board.sample(0, 500)
+        for n in range(200):
+            hold(board, 480)
+            board.sample(0, glitch if n % 20 < 10 else 500)
+            board.tick()
+        assert board.faults == 0
+        duties.append(board.duties)
+    assert duties[0] == duties[1]
+
+
+@pytest.mark.parametrize("reading", [3, 1020])
+def test_a_broken_wire_is_not_held_by(tuned, reading):
+    board = HostFirmware(tuned)
+    board.sample(0, reading)
+    assert hold(board, 500) == [Error(1, "ANGLE")]
+
+
 @pytest.mark.parametrize("verb", ["DUTY", "OFF"])
 def test_another_command_ends_it(holding, verb):
     holding.ask(verb, *((0, 0, 250, 250) if verb == "DUTY" else ()))
@@ -226,26 +257,3 @@ def test_gains_that_are_out_of_range_are_not_compiled(firmware, tmp_path, number
     made = build(firmware.parent, tmp_path, "host", text=text)
     assert made.returncode != 0
     assert "is out of range" in made.stderr
-
-
-def test_the_compiled_controller_holds_an_antagonistic_joint(tuned, monkeypatch):
-    """Two muscles, the potentiometer on the heater board as well."""
-    monkeypatch.setenv("MUSCLE_BAYES_FIRMWARE", str(tuned))
-    rig = Rig(element_b=Element(kind="muscle"))
-    with SimulatedBench(TwinPlant(rig, load=0.0)) as bench:
-        bench.listeners.append(lambda _: bench.heater.set_analog(bench.plant.counts()))
-        bench.clock.sleep(0.05)
-        start = bench.plant.counts()
-        setpoint = start - 20
-        for n in range(40_000 // 50):
-            first, second = (round(10 * t) for t in bench.plant.temperatures())
-            bench.heater_board.write(encode(n % 65536, "HOLD", setpoint, first, second))
-            bench.clock.sleep(0.05)
-        readings = []
-        for n in range(100):
-            first, second = (round(10 * t) for t in bench.plant.temperatures())
-            bench.heater_board.write(encode(n, "HOLD", setpoint, first, second))
-            bench.clock.sleep(0.05)
-            readings.append(bench.plant.counts())
-        assert sum(readings) / len(readings) == pytest.approx(setpoint, abs=3.0)  # friction's band
-        assert max(bench.plant.temperatures()) < 110.0

@@ -15,7 +15,13 @@ from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import first_reading
 from muscle_bayes.bench.recording.recorder import RecordingError
 from muscle_bayes.bench.recording.session import Session
-from muscle_bayes.bench.sensors.catalogue import SENSORS, THERMOMETERS, names_of, wiring_of
+from muscle_bayes.bench.sensors.catalogue import (
+    SENSORS,
+    THERMOMETERS,
+    names_of,
+    thermometer_of,
+    wiring_of,
+)
 from muscle_bayes.bench.sensors.sensor import SensorError, Wiring
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
@@ -188,6 +194,14 @@ def test_an_input_belongs_to_its_board(firmware, heater, wiring):
 def test_no_input_is_changed_while_a_heater_is_on(board):
     board.ask("DUTY", 10, 0, 250, 250)
     assert board.ask("INPUT", 1, 1, 0, 0, 0, BETA, 1000) == [Error(1, "HEAT")]
+
+
+@pytest.mark.parametrize(
+    "mixed", [Wiring(thermometer_a=1), Wiring(thermometer_a=1, thermometer_b=3)]
+)
+def test_a_mix_of_thermometers_is_refused_in_words(mixed):
+    with pytest.raises(SensorError, match=r"(?s)different kinds.*Fix: .*--none"):
+        thermometer_of(mixed)
 
 
 def test_names_and_wiring_are_one():

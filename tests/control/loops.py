@@ -66,7 +66,7 @@ class IntegerLaw:
         wanted = _cut(pi, -32000, 32000) + self._feed(self.reference // 65536)
         base = n.bias + (n.room if self.cascade else 0)
         most = n.hottest if self.cascade else 255
-        duties, became, governed = [], [], False
+        duties, shares = [], []
         for sign, warm in zip((1, -1), warmth, strict=True):
             share = _cut(base + sign * wanted, base, most)
             full = share
@@ -74,13 +74,11 @@ class IntegerLaw:
                 asked = n.hold * (share - n.room) + n.heat * (share - warm)
                 full = _cut(_quotient(asked, 256), 0, 255)
             span = n.fade_high - n.fade_low
-            duty = full * _cut(n.fade_high - warm, 0, span) // span
-            governed |= duty < full
-            duties.append(duty)
-            became.append(share)
+            duties.append(min(full, 255 * _cut(n.fade_high - warm, 0, span) // span))
+            shares.append(share)
+        became = shares if self.cascade else duties
         total = self.total + error + n.back * (became[0] - became[1] - wanted)
-        if not governed:
-            self.total = _cut(total, -1024000000, 1024000000)
+        self.total = _cut(total, -1024000000, 1024000000)
         return tuple(duties)
 
 

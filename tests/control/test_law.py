@@ -87,22 +87,32 @@ def test_back_calculation_comes_back_within_its_tracking_time():
     assert periods_at_the_limit(gains) <= 3
 
 
-def test_the_governor_fades_duties_and_stops_the_sum():
-    gains = Gains(proportional=3000.0, integral=400.0, governor=(87.0, 97.0), windup_time=1.0)
+def test_the_governor_limits_duties_and_what_is_within_the_limit_it_leaves_alone():
+    gains = Gains(proportional=3000.0, integral=0.0, governor=(87.0, 97.0))
     law = law_of(gains, Design())
-    shares, totals = [], []
+    shares = []
     for warm in (25.0, 87.0, 92.0, 97.0):
-        state = law.initial(jnp.asarray(500.0))
-        for _ in range(300):
-            now = Measured(jnp.asarray(520.0), jnp.asarray(500.0), jnp.array([25.0, warm]))
-            state, duty = UPDATE(law, state, now)
+        now = Measured(jnp.asarray(510.0), jnp.asarray(500.0), jnp.array([25.0, warm]))
+        _, duty = UPDATE(law, law.initial(jnp.asarray(510.0)), now)
         shares.append(float(duty[1]))
-        totals.append(float(state.total))
-    assert shares[0] == shares[1] == 255
-    assert shares[2] == pytest.approx(127, abs=1)
+    assert shares[0] == shares[1] == pytest.approx(174, abs=1)
+    assert shares[2] == 127
     assert shares[3] == 0
-    assert totals[2] == totals[3] == 0.0
-    assert totals[0] != 0.0
+
+
+def test_the_sum_follows_what_the_governor_lets_through():
+    """Held at 127 of 255 for long, the law wants no more than that: it comes back at once."""
+    gains = Gains(proportional=1000.0, integral=400.0, governor=(87.0, 97.0), windup_time=0.5)
+    law = law_of(gains, Design())
+    state = law.initial(jnp.asarray(500.0))
+    hot = jnp.array([25.0, 92.0])
+    for _ in range(600):
+        now = Measured(jnp.asarray(520.0), jnp.asarray(500.0), hot)
+        state, duty = UPDATE(law, state, now)
+    assert int(duty[1]) == 127
+    now = Measured(jnp.asarray(500.0), jnp.asarray(501.0), jnp.full(2, 25.0))
+    state, duty = UPDATE(law, state, now)
+    assert int(duty[1]) < 127
 
 
 def test_the_setpoint_filter_has_its_time_constant():

@@ -7,7 +7,7 @@ import pytest
 
 from muscle_bayes.control.feasible import feasible
 from muscle_bayes.control.judge import Judgement, standard_error
-from muscle_bayes.control.metrics import Metrics
+from muscle_bayes.control.metrics import RUNAWAY, Metrics
 from muscle_bayes.control.scenario import Scenario
 from muscle_bayes.control.scenarios import load_sine, load_step, setpoint_sine, square, step
 from muscle_bayes.control.specification import Specification, cvar, wanted, within_reach
@@ -45,7 +45,19 @@ def test_what_no_input_reaches_is_infeasible_and_must_do_no_harm():
     assert "settling time is infinite" in never.infeasible
     beyond = within_reach(wanted(setpoint_sine(0.03, 1.0)), found(tracking=0.9))
     assert "0.90" in beyond.infeasible
-    assert beyond.limits["tracking"] == 1.1
+    assert beyond.limits["tracking"] == RUNAWAY
+
+
+def test_what_the_best_input_reaches_is_told_of_most_joints():
+    settling = np.r_[np.linspace(10.0, 40.0, 18), np.inf, np.inf]
+    zero = np.zeros(20)
+    best = found(
+        settling_time=settling, overshoot=zero, steady_error=zero, peak_temperature=zero + 80.0,
+        runaway=zero,
+    )  # fmt: skip
+    reached = within_reach(wanted(step(0.03)), best)
+    assert reached.limits["settling_time"] == pytest.approx(60.0)
+    assert reached.attainable == pytest.approx(0.9)
 
 
 def test_excess_is_relative_and_cut_off():
@@ -92,8 +104,8 @@ def test_ties_are_ties():
 def test_the_best_input_keeps_its_bounds_and_knows_what_is_out_of_reach(joints):
     far = Scenario("far", "", step(0.03, size=0.5))
     near = Scenario("near", "", step(0.03, size=0.05))
-    best = feasible(joints, [near, far], knots=40, rounds=12)
-    assert best["near"].settling_time < 20.0
-    assert best["near"].peak_temperature < 101.0
-    assert best["far"].settling_time == np.inf
-    assert best["far"].peak_temperature < 104.0
+    best = feasible(joints, [near, far], knots=40, rounds=12, joints=4)
+    assert (best["near"].settling_time < 20.0).all()
+    assert (best["near"].peak_temperature < 101.0).all()
+    assert (best["far"].settling_time == np.inf).all()
+    assert (best["far"].peak_temperature < 104.0).all()

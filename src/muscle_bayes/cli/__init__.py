@@ -16,6 +16,7 @@ from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.effects import effects
 from muscle_bayes.cli.fit import fit
 from muscle_bayes.cli.flash import flash
+from muscle_bayes.cli.hold import hold, track
 from muscle_bayes.cli.init import init
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.population import population
@@ -44,7 +45,7 @@ GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
     "Begin": (demo, study),
     "Calibrate": (init, inspect, fit, show, check),
     "Discover": (effects, discover),
-    "Control": (population, tune, robustness),
+    "Control": (population, tune, robustness, hold, track),
     "Bench": (flash, sensors, calibrate, calibrate_heaters, calibrate_load, sequence, record),
     "Checks of the method": (simulate, sbc, trial, bench_test),
 }

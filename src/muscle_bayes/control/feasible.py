@@ -1,6 +1,8 @@
 """What the best input could do: duties optimised directly, knowing the joint and the future."""
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
 import jax
@@ -30,28 +32,40 @@ PER_KNOT = 4
 """Instants from knot to knot of the duties."""
 
 
+HOT = 1.0
+"""What a kelvin above HOTTEST costs, as an error of so many times the setpoint."""
+
+
 @one_blas_thread
-@double_precision
 def feasible(
     draws: JointDraws,
     scenarios: Sequence[Scenario],
     period: float = 0.03,
     *,
+    joints: int = 24,
     knots: int = 60,
     rounds: int = 20,
     report: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> dict[str, Metrics]:
-    """Metrics of the best duties between 0 and 255 that keep 100 C, on the median joint.
+    """Metrics of the first `joints` under the best duties between 0 and 255 that keep 100 C, a row each.
 
-    The rotor has neither inertia nor friction here, so what no input reaches is out of any law's reach.
-    Least squares of the error over time, by Gauss-Newton steps within bounds (a local optimum), from
-    the duties of an ideal feedback of the true error. Fast scenarios are cut to what so many knots resolve.
+    Each joint has its own duties, which know it and the future; its rotor has dry friction and no inertia.
+    Least squares of the error over time, by Gauss-Newton steps within bounds (a
+    local optimum), from the duties of an ideal feedback of the true error. Fast scenarios are cut to what
+    so many knots resolve.
     """
-    joint = draws.median().one()
+    chosen = range(min(joints, len(draws)))
     found = {}
     for number, scenario in enumerate(scenarios):
         course, step = _thinned(scenario.course, period, knots)
-        found[scenario.name] = _best(joint, course, step, rounds)
+
+        @double_precision
+        def best(index: int, course: Course = course, step: float = step) -> Metrics:
+            return _best(draws.one(index), course, step, rounds)
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            rows = list(pool.map(best, chosen))
+        found[scenario.name] = Metrics(*map(np.asarray, zip(*rows, strict=True)))
         report("feasible", number + 1, len(scenarios))
     return found
 
@@ -91,9 +105,11 @@ def _response(
         q, hyst, heat = state
         duty, load, setpoint = now
         drive = Drive(room + heat.excess, load, still)
-        # One Newton step to the balanced angle, which moves little from one instant to the next.
+        # One Newton step to where dry friction holds, which moves little from one instant to the next.
         force, slope = jax.jvp(lambda x: plant.force(x, still, hyst, drive), (q,), (1.0 + still,))
-        q = jnp.clip(q - force / jnp.minimum(slope, -1e-6), *plant.stops)
+        dry = plant.dry_friction(q, still, hyst, drive)
+        moving = force - jnp.clip(force, -dry, dry)
+        q = jnp.clip(q - moving / jnp.minimum(slope, -1e-6), *plant.stops)
         duty = jnp.clip(duty + feedback * (setpoint - q) * sides, 0.0, FULL_DUTY)
         seen = Trace(q, room + heat.excess, duty, hyst)
         hyst = hyst + step * plant.hyst_rate(q, still, hyst, drive)
@@ -114,7 +130,7 @@ def _residuals(
     fresh = jnp.clip((course.since * step / UNHURRIED) ** 3, 1e-3, 1.0)
     judged = judged * jnp.where(course.turned | course.loaded, fresh, 1.0)
     hot = jnp.maximum(trace.temperature - (HOTTEST - 1.0), 0.0).reshape(-1)
-    return jnp.concatenate([judged * (course.setpoint - trace.angle) / size, 0.1 * hot])
+    return jnp.concatenate([judged * (course.setpoint - trace.angle) / size, HOT * hot])
 
 
 _slopes = jax.jit(jax.jacfwd(_residuals))

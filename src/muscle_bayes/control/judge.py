@@ -170,6 +170,7 @@ class Judgement:
                 "limits": dict(s.limits),
                 "feasible": dict(s.feasible),
                 "infeasible": s.infeasible,
+                "attainable": s.attainable,
             }
             for name, s in self.specs.items()
         }

@@ -90,12 +90,11 @@ class Law(eqx.Module):
         most = n.hottest if self.cascade else FULL_DUTY
         share = jnp.clip(base + jnp.stack([wanted, -wanted]), base, most)
         warmth = jnp.round(10.0 * measured.temperature)
-        full = self._heat(share, warmth)
         span = n.fade_high - n.fade_low
-        left = jnp.clip(n.fade_high - warmth, 0.0, span)
-        duty = jnp.trunc(full * left / span)
-        total = state.total + error + n.back * (share[0] - share[1] - wanted)
-        total = jnp.where((duty < full).any(), state.total, total)
+        allowed = jnp.trunc(FULL_DUTY * jnp.clip(n.fade_high - warmth, 0.0, span) / span)
+        duty = jnp.minimum(self._heat(share, warmth), allowed)
+        became = share if self.cascade else duty
+        total = state.total + error + n.back * (became[0] - became[1] - wanted)
         return LawState(reference, jnp.clip(total, -SUM_LIMIT, SUM_LIMIT)), duty
 
     def _heat(self, share: Float[Array, "2"], warmth: Float[Array, "2"]) -> Float[Array, "2"]:

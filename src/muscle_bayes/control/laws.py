@@ -11,24 +11,27 @@ from muscle_bayes.control.feedforward import static_inverse
 from muscle_bayes.control.gains import Gains, Inner, LawName
 from muscle_bayes.control.law import FULL_DUTY
 
-GOVERNOR: Final = (87.0, 97.0)
-"""Temperatures between which duties fade to nothing [C]."""
+CEILING: Final = 98.5
+"""Temperature that the governor lets the median joint hold [C]."""
+CAUTION: Final = 10.0
+"""Duty that the governor takes off for every kelvin nearer to it [duty / K]: with the lag of tubes and
+thermocouples together this gains on the ceiling without passing it by much."""
 TUNED: Final[tuple[LawName, ...]] = ("pi", "two-degrees", "feedforward", "cascade")
 """Laws that can be tuned."""
 
 _DUTY: Final = {
-    "proportional": (100.0, 15000.0),
-    "integral": (2.0, 2000.0),
-    "bias": (0.0, 40.0),
-    "windup_time": (0.5, 30.0),
-}
-_FILTER: Final = {"filter_time": (0.3, 20.0)}
-_KELVIN: Final = {
-    "proportional": (20.0, 2000.0),
-    "integral": (0.5, 250.0),
+    "proportional": (1000.0, 21500.0),
+    "integral": (5.0, 2500.0),
     "bias": (0.0, 20.0),
-    "windup_time": (0.5, 30.0),
-    "filter_time": (0.3, 20.0),
+    "windup_time": (1.0, 100.0),
+}
+_FILTER: Final = {"filter_time": (0.03, 10.0)}
+_KELVIN: Final = {
+    "proportional": (100.0, 2200.0),
+    "integral": (0.5, 250.0),
+    "bias": (0.0, 30.0),
+    "windup_time": (0.3, 100.0),
+    "filter_time": (0.03, 10.0),
 }
 BOXES: Final = {
     "pi": _DUTY,
@@ -68,12 +71,17 @@ class Template:
 
 def template(law: LawName, draws: JointDraws, period_ms: int = 30) -> Template:
     """The law for joints such as these: tables and the inner loop are made for their median."""
-    common = {"period_ms": period_ms, "proportional": 1.0, "integral": 1.0, "governor": GOVERNOR}
+    median = draws.median()
+    tube, room = median.values, float(median.values["room"][0])
+    gain, cooling = (float(tube[f"heater.{key}"][0, 0]) for key in ("gain", "cooling"))
+    hold = FULL_DUTY * cooling / gain
+    none = CEILING + hold * (CEILING - room) / CAUTION
+    governor = (round(none - FULL_DUTY / CAUTION, 1), round(none, 1))
+    common = {"period_ms": period_ms, "proportional": 1.0, "integral": 1.0, "governor": governor}
     if law == "cascade":
-        tube = draws.median().values
-        gain, cooling = (float(tube[f"heater.{key}"][0, 0]) for key in ("gain", "cooling"))
-        hold = FULL_DUTY * cooling / gain
-        inner = Inner(hold=hold, heat=15.0, room=draws.design.fixture.room_temperature)
+        inner = Inner(
+            hold=hold, heat=15.0, room=draws.design.fixture.room_temperature, hottest=CEILING
+        )
         table = static_inverse(draws, temperatures=True)
         return Template(Gains(law=law, inner=inner, feedforward=table, **common), BOXES[law])
     known = static_inverse(draws) if law == "feedforward" else None

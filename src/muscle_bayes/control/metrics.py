@@ -13,8 +13,10 @@ from muscle_bayes.physics.linkage import Scalar
 
 SAFE_TEMPERATURE = 110.0
 """Highest temperature that the bench's firmware lets pass [C]."""
-RUNAWAY = 1.1
-"""Error of a runaway, as a multiple of what staying at zero would leave."""
+RUNAWAY = 2.0
+"""Error of a runaway, as a multiple of what staying at zero would leave: the largest peak of the
+sensitivity that is thought robust (Astrom and Murray, Feedback Systems, section 13.3). Beyond its
+bandwidth every loop amplifies a little (Bode's integral)."""
 BAND = 0.017453292519943295
 """Half width of the band of a settled response: 1 degree [rad]."""
 

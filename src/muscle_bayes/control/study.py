@@ -36,7 +36,7 @@ def asked(
     period: float = 0.03,
     report: Report = lambda stage, done, total: None,
 ) -> dict[str, Specification]:
-    """What is asked of every scenario, given what the best input reaches on the median joint."""
+    """What is asked of every scenario, given what the best input reaches on most joints."""
     return specifications(scenarios, feasible(draws, scenarios, period, report=report), limits)
 
 

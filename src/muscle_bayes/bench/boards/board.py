@@ -44,7 +44,7 @@ class BoardError(MuscleBayesError):
 
 @dataclass(frozen=True)
 class HeaterState:
-    """What the heater board says that it does: the reply to DUTY."""
+    """What the heater board says that it does: the reply to DUTY and HOLD."""
 
     duties: tuple[int, int]
     faults: Fault
@@ -124,6 +124,10 @@ class Board:
         The reply comes with `poll`, into `heat`. To be repeated within 0.4 s: see DEADMAN.
         """
         self._send("DUTY", first, second, _tenths(first_t), _tenths(second_t))
+
+    def command_hold(self, reading: int, first_t: float | None, second_t: float | None) -> None:
+        """Have the board hold a reading of its potentiometer [counts]; else as `command_duty`."""
+        self._send("HOLD", reading, _tenths(first_t), _tenths(second_t))
 
     def command_fan(self, on: bool) -> None:
         """Switch the fan. The reply comes with `poll`, into `fan`; to be repeated until it does."""
@@ -226,7 +230,7 @@ class Board:
         if isinstance(message, Reply | Error):
             verb = self._asked.pop(message.sequence, None)
             self._owed_since = self._clock.now() if self._asked else None
-            if isinstance(message, Reply) and verb == "DUTY":
+            if isinstance(message, Reply) and verb in ("DUTY", "HOLD"):
                 first, second, faults = (int(v or 0) for v in read_answer(verb, message))
                 self.heat = HeaterState((first, second), Fault(faults))
                 self.faults = Fault(faults)

@@ -32,6 +32,7 @@ class Fault(IntFlag):
     BROWN_OUT = 16
     SENSOR = 32
     INTERNAL = 64
+    ANGLE = 128
 
 
 FAULT_MEANINGS: Final = {
@@ -42,6 +43,7 @@ FAULT_MEANINGS: Final = {
     Fault.BROWN_OUT: "the supply sagged and the board was reset",
     Fault.SENSOR: "a temperature was absent while heating, absurd, or did not show the heat given",
     Fault.INTERNAL: "the board found its output registers wrong",
+    Fault.ANGLE: "the angle's potentiometer was open, shorted or jumped while the board held an angle",
 }
 
 
@@ -169,6 +171,7 @@ ERRORS: Final = {
     "FAULT": "CLEAR was refused: the cause of a fault lasts",
     "HEAT": "refused while a heater is on",
     "GAINS": "HOLD was refused: no gains are compiled in",
+    "ANGLE": "HOLD was refused: the potentiometer on A0 reads as if a wire were broken or shorted",
     "BUSY": "no sample has been taken yet; ask again",
 }
 """Codes of an ERR reply."""

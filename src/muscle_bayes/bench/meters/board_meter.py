@@ -14,8 +14,10 @@ MOVED_WITHIN: Final = {"max6675": 0.19}
 """s of hard heating after which a thermometer must show other digits; the board looks at a MAX6675 every
 0.22 s, at others every 0.11 s. With the board's look and the host's question that is under 0.5 s."""
 
-AGE: Final = {"max6675": 0.11, "max31855": 0.06}
-"""s since the middle of the conversion that a look of the board finds; next to nothing of a thermistor."""
+AGE: Final = {"max6675": 0.125, "max31855": 0.09}
+"""s since the middle of the conversion that a look of the board finds; next to nothing of a thermistor. A
+MAX6675 converts, 0.17 to 0.22 s long, once it has been read: the look comes 0.22 s after the conversion's
+beginning. A MAX31855 converts on and on, 0.07 to 0.1 s long: what is found ended half a conversion ago."""
 
 
 class BoardMeter:

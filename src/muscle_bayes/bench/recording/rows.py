@@ -24,9 +24,10 @@ class RowWriter:
         tell: Tell,
         heater: Callable[[], tuple[HeaterState | None, bool | None]] = lambda: (None, None),
         weigh: Callable[[TimedSample], float | None] = lambda sample: None,
+        aim: Callable[[TimedSample], float | None] = lambda sample: None,
     ) -> None:
         """`heater` gives what the heater board said last of heat and fan, None where it did not;
-        `weigh` what the load cell shows in a sample, kg."""
+        `weigh` what the load cell shows in a sample, kg, `aim` the reading that the board holds then."""
         self.origin: float | None = None
         """host time of the first row, s"""
         self.time = 0.0
@@ -40,6 +41,7 @@ class RowWriter:
         self._tell = tell
         self._heater = heater
         self._weigh = weigh
+        self._aim = aim
 
     @property
     def rows(self) -> int:
@@ -82,6 +84,7 @@ class RowWriter:
                 fan=fan,
                 second=sample.second,
                 load=self._weigh(sample),
+                aim=self._aim(sample),
             )
         )
         self.time = time

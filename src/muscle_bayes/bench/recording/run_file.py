@@ -17,8 +17,9 @@ from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
 LOG_HEADER: Final = (*HEADER, *HEATER_HEADER)
-SECOND, LOAD = "Reading 2", "Load"
-"""Columns of a second potentiometer [counts] and of a load cell [kg], where there is one."""
+SECOND, LOAD, AIM = "Reading 2", "Load", "Wanted reading"
+"""Columns of a second potentiometer [counts] and of a load cell [kg], where there is one, and of the
+reading that the board is told to hold [counts]."""
 TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
@@ -64,16 +65,19 @@ class Row:
     """reading of a second potentiometer, counts"""
     load: float | None = None
     """what the load cell shows, kg"""
+    aim: float | None = None
+    """reading that the board holds, counts"""
 
 
 def format_row(row: Row, more: Sequence[str] = ()) -> bytes:
-    """The row in the order of LOG_HEADER and of `more` columns (SECOND, LOAD), with its line end.
+    """The row in the order of LOG_HEADER and of `more` columns (SECOND, LOAD, AIM), with its line end.
 
     A heater that is off has setpoint 0.0.
     """
     extra = {
         SECOND: "" if row.second is None else f"{row.second:g}",
         LOAD: "" if row.load is None else f"{row.load:.5f}",
+        AIM: "" if row.aim is None else f"{row.aim:g}",
     }
     cells = (
         f"{row.time:.{TIME_DECIMALS}f}",

@@ -105,5 +105,14 @@ def names_of(wiring: Wiring) -> tuple[str, ...]:
 
 
 def thermometer_of(wiring: Wiring) -> str | None:
-    """Name of the thermometers of a heater board, None where the host's meter measures."""
+    """Name of the thermometers of a heater board, None where the host's meter measures.
+
+    Raises SensorError where its channels have different ones.
+    """
+    if wiring.thermometer_a != wiring.thermometer_b:
+        raise SensorError(
+            "the heater board has thermometers of different kinds on its channels, or one on one channel "
+            "alone; a mix, also with the host's meter, cannot be recorded. Fix: wire both alike and say "
+            "`muscle-bayes sensors NAME`, or `muscle-bayes sensors --none` for the meter"
+        )
     return next((name for name in names_of(wiring) if name in THERMOMETERS), None)

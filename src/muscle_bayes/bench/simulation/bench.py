@@ -1,6 +1,7 @@
 """Two boards, a meter and a plant in lockstep on one virtual clock."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
@@ -71,11 +72,13 @@ class SimulatedBench:
         *,
         calibrated: bool = True,
         sensors: Sequence[str] = (),
+        elf: Path | None = None,
     ) -> None:
+        """`elf` is the heater board's program, the built one where it is not given."""
         self.plant: Plant = TwinPlant(seed=seed) if plant is None else plant
         rig = plant.rig if isinstance(plant, TwinPlant) else Rig()
         self.sensor = Processor(heater=False)
-        self.heater = Processor(heater=True)
+        self.heater = Processor(heater=True, elf=elf)
         if calibrated:
             tube = TubeModel.of(rig.heater.full_rate, rig.heater.cooling_time)
             self.heater.store_tubes((tube, tube))

@@ -12,8 +12,10 @@ from muscle_bayes.twin.sensors import normals
 
 NOISE: Final = 0.05
 """Of a thermometer, C."""
-CONVERSION: Final = {1: 0.1, 2: 0.22, 3: 0.008}
-"""s that a thermometer of a kind takes."""
+CONVERSION: Final = {1: 0.1, 2: 0.19, 3: 0.008}
+"""s that a thermometer of a kind takes; it shows the mean temperature of that time."""
+STARTED_BY_READING: Final = 2
+"""Kind whose next conversion begins when it has been read (MAX6675); others convert on and on."""
 CHIP_ROOM: Final = 26.0
 """Temperature of a chip itself, C."""
 COUNTER_MIDDLE: Final = 0x8000
@@ -74,7 +76,11 @@ class BoardThermometers:
         self._kinds = (wiring.thermometer_a, wiring.thermometer_b)
         self._generator = generator
         self._noise = normals(generator)
-        self._due = [0.0, 0.0]
+        self._begun: list[float | None] = [-1.0, -1.0]
+        """when the conversion under way began, s; the first ends as time begins"""
+        self._sums = [0.0, 0.0]
+        self._steps = [0, 0]
+        self._reads = [0, 0]
 
     def step(self, time: float, temperatures: tuple[float, float]) -> None:
         """Let time go to `time` [s] with these true temperatures [C]."""
@@ -83,9 +89,28 @@ class BoardThermometers:
         if self.shows is not None:
             temperatures = self.shows(time, temperatures)
         for channel, kind in enumerate(self._kinds):
-            if kind and time >= self._due[channel]:
-                self._due[channel] = time + CONVERSION[kind]
-                self._convert(channel, kind, temperatures[channel])
+            if kind:
+                self._follow(channel, kind, time, temperatures[channel])
+
+    def _follow(self, channel: int, kind: int, time: float, true: float) -> None:
+        if kind == STARTED_BY_READING:
+            reads = self._board.chip_reads(channel)
+            if reads != self._reads[channel]:
+                self._reads[channel] = reads
+                self._begin(channel, time)
+        begun = self._begun[channel]
+        if begun is None:
+            return
+        self._sums[channel] += true
+        self._steps[channel] += 1
+        if time - begun < CONVERSION[kind] and not (kind == 3 and self.garbled):
+            return
+        self._convert(channel, kind, self._sums[channel] / self._steps[channel])
+        self._begin(channel, None if kind == STARTED_BY_READING else time)
+
+    def _begin(self, channel: int, time: float | None) -> None:
+        self._begun[channel] = time
+        self._sums[channel], self._steps[channel] = 0.0, 0
 
     def _convert(self, channel: int, kind: int, true: float) -> None:
         forced = self.forced[channel]
@@ -95,7 +120,6 @@ class BoardThermometers:
             wiring = self._wiring
             counts = thermistor_counts(shown, wiring.beta, wiring.ratio / 1000)
             if self.garbled:  # a pin that floats
-                self._due[channel] = 0.0
                 counts = float(self._generator.uniform(0, _TOP))
             self._board.set_analog(_TOP if self.silent else counts, 2 + channel)
             return

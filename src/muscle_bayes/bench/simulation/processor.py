@@ -55,6 +55,7 @@ _SIGNATURES: Final = {
     "bridge_analog": ([ctypes.c_void_p, c_int, c_uint32], None),
     "bridge_ground_pin_d": ([ctypes.c_void_p, c_int], None),
     "bridge_chip": ([ctypes.c_void_p, c_int, c_uint32, c_int], None),
+    "bridge_chip_reads": ([ctypes.c_void_p, c_int], c_uint32),
     "bridge_load": ([ctypes.c_void_p, c_uint32, c_int], None),
     "bridge_encoder": ([ctypes.c_void_p, c_int64], None),
     "bridge_fan": ([ctypes.c_void_p], c_int),
@@ -171,6 +172,10 @@ class Processor:
     def set_chip(self, channel: int, word: int, bits: int) -> None:
         """A channel's thermometer chip sends this word from now on; 0 bits: it is gone."""
         self._library.bridge_chip(self._bridge, channel, word, bits)
+
+    def chip_reads(self, channel: int) -> int:
+        """How often a channel's thermometer chip has been read."""
+        return int(self._library.bridge_chip_reads(self._bridge, channel))
 
     def set_load_cell(self, word: int | None) -> None:
         """24 bits of the load cell's next conversions; None: its converter is gone."""
