@@ -15,6 +15,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=96)
     parser.add_argument("--judged", type=int, default=400)
     parser.add_argument("--starts", type=int, default=64)
+    parser.add_argument("--tried", type=int, default=24, help="in a round about the best")
     args = parser.parse_args()
     keep_compiled_code()
     from muscle_bayes.control.draws import Surroundings, joint_draws
@@ -39,7 +40,7 @@ def main() -> None:
             joints,
             args.draws,
             thesis_scenarios(),
-            effort=Effort(starts=args.starts),
+            effort=Effort(starts=args.starts, tried=args.tried, kept=args.tried // 2),
             rivals={
                 "pi-specimen": ("pi", alike),
                 "two-degrees-specimen": ("two-degrees", alike),
@@ -53,7 +54,11 @@ def main() -> None:
             ],
             report=report,
         )
-    command = f"python scripts/control_results.py {args.posterior.name}"
+    heaters = "".join(f" --heater {path}" for path in args.heater or ())
+    command = (
+        f"python scripts/control_results.py {args.posterior.name}{heaters} --draws {args.draws} "
+        f"--judged {args.judged} --starts {args.starts} --tried {args.tried}"
+    )
     result = found.judgement
     page = write_control_report(result, found.bank, args.out, edges=found.edges, command=command)
     pairs = (

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 from fake_bench import RIG, FakeBench
 from killed_logger import SEQUENCE
+from typer.testing import CliRunner
 
 from muscle_bayes.bench.recording.recorder import StoppedError
 from muscle_bayes.bench.recording.run_file import UNKNOWN_DELAY, read_events
 from muscle_bayes.bench.recording.session import Session
+from muscle_bayes.cli import app
 from muscle_bayes.data import read_metadata, read_runs, recording_of
 
 HERE = Path(__file__).parent
@@ -39,10 +41,22 @@ def kill(folder: Path, trials: int, seed: int) -> list[dict]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def check(trials: list[dict], unkilled: bytes) -> dict[str, int]:
-    """Assert it of every trial; what the trials met."""
-    met = {"before the log": 0, "within it": 0, "one row lost": 0, "load changed": 0}
-    for trial in trials:
+def inspected(folder: Path) -> tuple[int, str]:
+    """Exit code of `muscle-bayes inspect` of a folder, and what it says, in one line."""
+    told = CliRunner().invoke(app, ["inspect", str(folder)], env={"COLUMNS": "200"})
+    return told.exit_code, " ".join(told.output.split())
+
+
+def check(trials: list[dict], unkilled: bytes, every: int) -> dict[str, int]:
+    """Assert it of every trial, of one in `every` also what `inspect` says; what the trials met."""
+    met = {
+        "before the log": 0,
+        "within it": 0,
+        "one row lost": 0,
+        "load changed": 0,
+        "inspected": 0,
+    }
+    for number, trial in enumerate(trials):
         assert trial["killed"]
         folder = Path(trial["folder"])
         log = folder / "killed.csv"
@@ -51,6 +65,11 @@ def check(trials: list[dict], unkilled: bytes) -> dict[str, int]:
         if not log.exists():
             assert trial["rows"] <= 2  # the second may have been on its way
             met["before the log"] += 1
+            if number % every == 0 and folder.exists():
+                code, told = inspected(folder)
+                assert code == 2
+                assert "Fix:" in told
+                assert "Traceback" not in told
             continue
         content = log.read_bytes()
         made = recording_of(log)
@@ -61,6 +80,12 @@ def check(trials: list[dict], unkilled: bytes) -> dict[str, int]:
         lost = trial["rows"] - len(run.table)
         assert lost in (0, 1)
         assert run.repairs == ()
+        if number % every == 0:
+            code, told = inspected(folder)
+            assert code == 0
+            assert "BROKEN OFF: no end was written" in told
+            assert f"{made.stages} of {made.planned} stages were passed" in told
+            met["inspected"] += 1
         if run.duration < 59.0:
             assert run.metadata.thermometer.delay is None  # not known, which is not zero
             assert run.metadata.thermometer.delay_uncertainty == UNKNOWN_DELAY
@@ -77,15 +102,16 @@ def check(trials: list[dict], unkilled: bytes) -> dict[str, int]:
 
 
 def test_kills(tmp_path, unkilled):
-    met = check(kill(tmp_path, 24, 8), unkilled)
+    met = check(kill(tmp_path, 24, 8), unkilled, every=4)
     assert met["within it"] >= 6
+    assert met["inspected"] >= 2
 
 
 @pytest.mark.slow
 def test_two_hundred_kills(tmp_path, unkilled, capsys):
     trials = kill(tmp_path, 200, 9)
     assert len(trials) == 200
-    met = check(trials, unkilled)
+    met = check(trials, unkilled, every=10)
     with capsys.disabled():
         print(f"\n200 kills: {met}")
     assert met["within it"] >= 80

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from muscle_bayes.bench.heat.temperature_control import HeaterLaw
-from muscle_bayes.control.certain_duty import certain_duty, logged_duty
-from muscle_bayes.control.heater_fit import PRIOR, assumed_heater, fit_heater
+from muscle_bayes.control.certain_duty import STEP, certain_duty
+from muscle_bayes.control.heater_fit import PRIOR, assumed_heater, fit_heater, response
 from muscle_bayes.data import Fixture, Metadata, Run
 from muscle_bayes.data.elements import MuscleElement
 from muscle_bayes.errors import MuscleBayesError
@@ -14,8 +14,10 @@ from muscle_bayes.twin.controller import PERIOD, HeaterController
 from muscle_bayes.twin.heater import HeaterTube
 
 
-def recorded(setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0, logs_duty=False):
-    """A log of the twin's tube under the bench's controller: meter of 0.1 C and 0.4 s, rows of 0.1 s."""
+def recorded(
+    setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0, logs_duty=False, row=0.1
+):
+    """A log of the twin's tube under the bench's controller: meter of 0.1 C and 0.4 s, rows `row` s apart."""
     generator = np.random.default_rng(seed)
     tube, controller = HeaterTube(gain, cooling_time, 24.0), HeaterController()
     rows, reading, due, next_row, time, duty = [], 24.0, 0.0, 0.0, 0.0, 0
@@ -28,7 +30,7 @@ def recorded(setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0, logs
             if time >= next_row:
                 told = duty if logs_duty else np.nan
                 rows.append((time, 500.0, reading, 24.0, setpoint, np.nan, 0.1, 0.0, told, np.nan))
-                next_row = time + 0.1
+                next_row = time + row - 1e-6
             duty = controller.update(reading, time)
             tube.advance(duty, PERIOD)
             time += PERIOD
@@ -97,12 +99,33 @@ def test_logged_duty_tells_whatever_law_was_at_work():
     assert found.draws["cooling"].mean() == pytest.approx(1 / 40, rel=0.02)
 
 
-def test_a_logged_duty_begins_with_the_setpoint_that_it_follows():
-    time = 0.1 * np.arange(8.0)
-    setpoint = np.array([25.0, 25.0, 90.0, 90.0, 90.0, 90.0, 90.0, 90.0])
-    duty = np.array([7.0, 7.0, 8.0, 255.0, 255.0, 200.0, np.nan, 0.0])
-    expected = [np.nan, np.nan, 1.0, 1.0, 1.0, np.nan, np.nan, 0.0]
-    assert logged_duty(duty, setpoint, time) == pytest.approx(expected, nan_ok=True)
+def test_a_logged_duty_tells_gain_and_cooling_of_any_run():
+    """Small steps about 60 C, whose duty is never nothing nor full for long."""
+    setpoints = (60.0, 50.0, 65.0, 55.0, 70.0)
+    run = recorded(setpoints, hold=60.0, logs_duty=True, row=PERIOD)
+    found = fit_heater([run])
+    for name, truth in (("gain", 5.0), ("cooling", 1 / 40)):
+        draws = found.draws[name]
+        assert draws.mean() == pytest.approx(truth, rel=0.03)
+        assert abs(draws.mean() - truth) < 4.0 * draws.std()
+    assert found.told == {"gain": True, "cooling": True, "lag": True}
+
+
+def test_the_response_is_that_of_the_equations():
+    """Against ten thousand small explicit steps."""
+    generator = np.random.default_rng(3)
+    duty = generator.uniform(0.0, 1.0, 200)
+    cooling, lag, fine = 1 / 40, 0.7, 2000
+    power = excess = 0.0
+    expected = [0.0]
+    for share in duty[:-1]:
+        for _ in range(fine):
+            power, excess = (
+                power + STEP / fine * (share - power) / lag,
+                excess + STEP / fine * (power - cooling * excess),
+            )
+        expected.append(excess)
+    assert response(duty, cooling, lag) == pytest.approx(np.array(expected), abs=1e-4)
 
 
 def test_assumed_heaters_say_so():

@@ -8,9 +8,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
+from scipy.signal import lfilter
 
 from muscle_bayes.bench.heat.temperature_control import HeaterLaw
-from muscle_bayes.control.certain_duty import Stretch, stretches
+from muscle_bayes.control.certain_duty import STEP, Stretch, stretches
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 
@@ -75,14 +76,26 @@ def assumed_heater(seed: int = 0) -> HeaterPosterior:
     return HeaterPosterior(draws, dict.fromkeys(PRIOR, False), "assumed, not measured")
 
 
+def response(duty: np.ndarray, cooling: float, lag: float) -> np.ndarray:
+    """Temperature per gain at the instants of a duty, from rest: lag p' = duty - p, x' = p - cooling x.
+
+    Exact for a duty that stands still from instant to instant.
+    """
+    cools, lags = np.exp(-cooling * STEP), np.exp(-STEP / lag)
+    by_power = lag * (cools - lags) / (1.0 - cooling * lag)
+    by_duty = (1.0 - cools) / cooling - by_power
+    power = lfilter([0.0, 1.0 - lags], [1.0, -lags], duty)
+    return lfilter([0.0, 1.0], [1.0, -cools], by_power * power + by_duty * duty)
+
+
 class _Linear:
     """What is left when cooling and lag are held: linear in gain, room, and each stretch's start.
 
-        T(t) = T_room + x_0 (e^{-ct} + c late(t)) + g u ((1 - e^{-ct}) / c - late(t)),
+        T(t) = T_room + x_0 (e^{-ct} + c late(t)) + g response(t),
         late(t) = lag (e^{-ct} - e^{-t/lag}) / (1 - c lag)
 
-    for a power that at t = 0 is what holds x_0, and is late by `lag` behind the duty u,
-    with a Gaussian prior on each, so that their posterior and the evidence are exact.
+    for a power that at t = 0 is what holds x_0, and is late by `lag` behind the duty (`response`), with a
+    Gaussian prior on each, so that their posterior and the evidence are exact.
     """
 
     def __init__(self, found: Sequence[Stretch]) -> None:
@@ -101,7 +114,9 @@ class _Linear:
             cools = np.exp(-cooling * one.time)
             late = lag * (cools - np.exp(-one.time / lag)) / (1.0 - cooling * lag)
             part = np.zeros((one.time.size, 2 + len(self.found)))
-            part[:, 0] = (1.0 - cools) / cooling - late if one.full else 0.0
+            if one.duty.any():
+                instants = STEP * np.arange(one.duty.size)
+                part[:, 0] = np.interp(one.time, instants, response(one.duty, cooling, lag))
             part[:, 1] = 1.0
             part[:, 2 + index] = cools + cooling * late
             rows.append(part)
@@ -195,15 +210,15 @@ def _grid(linear: _Linear, noise: float) -> tuple[np.ndarray, np.ndarray, np.nda
 def fit_heater(
     runs: Sequence[Run], law: HeaterLaw | None = None, *, draws: int = DRAWS, seed: int = 0
 ) -> HeaterPosterior:
-    """The heater's posterior from where its duty is surely nothing or full.
+    """The heater's posterior from where its duty is known.
 
-    That is told by the duty that a run logs; in runs without it, by the bench's law where that leaves
-    no doubt.
+    That is everywhere in a run that logs its duty; in runs without it, where the bench's law leaves no
+    doubt that it is nothing or full.
 
     Cooling rate and lag lie on a grid about their mode, everything else is integrated out exactly. The
-    noise is that of the residuals, beside what not knowing the time of a reading makes. Without a
-    stretch at full duty the gain is not told, and stays as `PRIOR` has it. Raises MuscleBayesError
-    where no stretch is found at all.
+    noise is that of the residuals and of their correlation, beside what not knowing the time of a reading
+    makes. Without a stretch that is heated the gain is not told, and stays as `PRIOR` has it. Raises
+    MuscleBayesError where no stretch is found at all.
     """
     found = [one for run in runs for one in stretches(run, law or HeaterLaw())]
     if not found:
@@ -217,7 +232,7 @@ def fit_heater(
         cooling, lag, weight = _grid(linear, noise)
         i, j = np.unravel_index(weight.argmax(), weight.shape)
         left = linear.residual(np.exp(cooling[i]), np.exp(lag[j]), noise)
-        noise = float(np.sqrt(max(np.mean(left**2) - np.mean(linear.timing**2), LEAST_NOISE**2)))
+        noise = _noise(left, linear.timing)
     generator = np.random.default_rng(seed)
     cells = generator.choice(weight.size, size=draws, p=weight.ravel())
     inside = generator.uniform(-0.5, 0.5, (2, draws))
@@ -229,13 +244,24 @@ def fit_heater(
             for c, one in zip(np.exp(log_c), np.exp(log_lag), strict=True)
         ]
     )
-    told = any(one.full for one in found)
+    told = any(bool(one.duty.any()) for one in found)
     if not told:
         median, spread = PRIOR["gain"]
         gain = median * np.exp(spread * generator.standard_normal(draws))
     values = {"gain": gain, "cooling": np.exp(log_c), "lag": np.exp(log_lag)}
     names = ", ".join(run.name for run in runs)
     return HeaterPosterior(values, {"gain": told, "cooling": True, "lag": True}, f"from {names}")
+
+
+def _noise(left: np.ndarray, timing: np.ndarray) -> float:
+    """Standard deviation of independent noise that tells as little as the residuals do [C].
+
+    Neighbours that deviate alike count for less: the variance is multiplied by (1 + r) / (1 - r), r being
+    their correlation (Bartlett, J. Roy. Stat. Soc. B 8 (1946), 27).
+    """
+    alike = float(np.clip(np.mean(left[1:] * left[:-1]) / np.mean(left**2), 0.0, 0.99))
+    own = max(float(np.mean(left**2) - np.mean(timing**2)), LEAST_NOISE**2)
+    return float(np.sqrt(own * (1.0 + alike) / (1.0 - alike)))
 
 
 def _gain(linear: _Linear, cooling: float, lag: float, noise: float, generator) -> float:

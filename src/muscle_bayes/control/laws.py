@@ -23,7 +23,7 @@ _DUTY: Final = {
     "proportional": (1000.0, 21500.0),
     "integral": (5.0, 2500.0),
     "bias": (0.0, 20.0),
-    "windup_time": (1.0, 100.0),
+    "windup_time": (0.3, 100.0),
 }
 _FILTER: Final = {"filter_time": (0.03, 10.0)}
 _KELVIN: Final = {
@@ -58,6 +58,17 @@ class Template:
             straight = low <= 0.0
             values[name] = low + x * (high - low) if straight else low * (high / low) ** x
         return self.gains.model_copy(update={key: float(value) for key, value in values.items()})
+
+    def place(self, gains: Gains) -> np.ndarray:
+        """Where such gains are in the unit cube, or its nearest place; the inverse of `at`."""
+        found = []
+        for name, (low, high) in self.box.items():
+            value = float(getattr(gains, name))
+            if low <= 0.0:
+                found.append((value - low) / (high - low))
+            else:
+                found.append(np.log(max(value, low) / low) / np.log(high / low))
+        return np.clip(found, 0.0, 1.0)
 
     def edges(self, place: np.ndarray) -> list[str]:
         """Gains that lie at an edge of the box; a bias of nothing is none."""

@@ -1,7 +1,7 @@
 """From draws of joints to judged laws: what is asked, gains of every law, and how they do on new joints."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from muscle_bayes.control.batch import Bank
 from muscle_bayes.control.closed_loop import Clock
@@ -17,6 +17,11 @@ from muscle_bayes.control.specification import Specification, specifications
 from muscle_bayes.control.tune import Effort, tune
 
 Report = Callable[[str, int, int], None]
+SIMPLER: Final[Mapping[str, tuple[LawName, ...]]] = {
+    "two-degrees": ("pi",),
+    "feedforward": ("two-degrees", "pi"),
+}
+"""Laws that are special cases of others, nearly: their gains are tried there, too."""
 
 
 class TunedLaws(NamedTuple):
@@ -66,7 +71,10 @@ def tuned_laws(
     chosen = {law: (law, first) for law in laws} | dict(rivals or {})
     for name, (law, on) in chosen.items():
         made, bank = template(law, on, period_ms), Bank(on, clock, seed)
-        found = tune(bank, scenarios, specs, made, effort=effort, seed=seed, report=report)
+        simpler = [gains[one] for one in SIMPLER.get(name, ()) if one in gains]
+        found = tune(
+            bank, scenarios, specs, made, known=simpler, effort=effort, seed=seed, report=report
+        )
         gains[name], edges[name] = found.gains, found.edges
     gains["thesis"] = snapshot_gains(first, STEP, period_ms=period_ms)
     test = Bank(others, clock, seed + 1)

@@ -81,6 +81,7 @@ def tune(
     specs: Mapping[str, Specification],
     template: Template,
     *,
+    known: Sequence[Gains] = (),
     effort: Effort | None = None,
     seed: int = 0,
     report: Report = lambda stage, done, total: None,
@@ -90,8 +91,9 @@ def tune(
     That is the probability of meeting all scenarios' plus the mean of that of meeting each, so that a
     scenario which no joint masters does not hide the others; the CVaR of the excess decides ties.
 
-    Scrambled Sobol points are tried on a few draws, the best of them on all, and then points scattered
-    about the best, ever closer. The same draws and noise serve all gains.
+    Scrambled Sobol points are tried on a few draws, the best of them on all beside the `known` gains of a
+    simpler law, and then points scattered about the best, ever closer. The same draws and noise serve all
+    gains.
     """
     effort, generator = effort or Effort(), np.random.default_rng(seed)
     name, stages = template.gains.law, effort.rounds + 2
@@ -99,6 +101,7 @@ def tune(
     scouts = Bank(bank.draws.take(slice(0, effort.scouts)), bank.clock, bank.seed)
     tried = _scores(scouts, [template.at(x) for x in places], scenarios, specs)
     places = places[_order(tried)[: effort.kept]]
+    places = np.concatenate([places, *(template.place(one)[None] for one in known)])
     report(name, 1, stages)
     scores = _scores(bank, [template.at(x) for x in places], scenarios, specs)
     report(name, 2, stages)
