@@ -10,6 +10,8 @@ from muscle_bayes.bench.simulation.plant import TwinPlant
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.rig import Rig
 
+RESTED, REST_STEP = 900.0, 0.1
+"""Time for which the muscles have been in the joint, and the steps in which it is simulated [s]."""
 SOURCES: Final = Path(__file__).parents[4] / "firmware"
 
 
@@ -41,8 +43,12 @@ def build_firmware(header: Path, folder: Path) -> Path:
 
 
 def joint_bench(rig: Rig, elf: Path, seed: int = 0) -> SimulatedBench:
-    """A rig of two muscles without load; the potentiometer is wired to the heater board as well."""
-    bench = SimulatedBench(TwinPlant(rig, load=0.0, hyst=0.02, seed=seed), seed, elf=elf)
+    """A rig of two muscles that have rested without load; the potentiometer is the heater board's, too."""
+    plant = TwinPlant(rig, load=0.0, seed=seed)
+    for _ in range(round(RESTED / REST_STEP)):
+        plant.advance((0.0, 0.0), REST_STEP)
+    plant.bench.place(None)
+    bench = SimulatedBench(plant, seed, elf=elf)
 
     def show(_: int) -> None:
         bench.heater.set_analog(bench.plant.counts())
