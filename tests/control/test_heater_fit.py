@@ -17,7 +17,7 @@ from muscle_bayes.twin.heater import HeaterTube
 def recorded(
     setpoints, *, gain=5.0, cooling_time=40.0, seed=0, hold=180.0, logs_duty=False, row=0.1
 ):
-    """A log of the twin's tube under the bench's controller: meter of 0.1 C and 0.4 s, rows by `row` [s]."""
+    """A log of the twin's tube under the bench's controller: 0.1 C, 0.4 s, a row every `row` s."""
     generator = np.random.default_rng(seed)
     tube, controller = HeaterTube(gain, cooling_time, 24.0), HeaterController()
     rows, reading, due, next_row, time, duty = [], 24.0, 0.0, 0.0, 0.0, 0

@@ -42,19 +42,19 @@ def feasible(
     scenarios: Sequence[Scenario],
     period: float = 0.03,
     *,
-    joints: int = 24,
+    joints: int | None = None,
     knots: int = 60,
     rounds: int = 20,
     report: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> dict[str, Metrics]:
-    """Metrics of the first `joints` under the best duties between 0 and 255 that keep 100 C, a row each.
+    """Metrics of joints under the best duties between 0 and 255 that keep 100 C, a row each.
 
-    Each joint has its own duties, which know it and the future; its rotor has dry friction and no inertia.
-    Least squares of the error over time, by Gauss-Newton steps within bounds (a
-    local optimum), from the duties of an ideal feedback of the true error. Fast scenarios are cut to what
-    so many knots resolve.
+    `joints` of the draws, by default half of them and 24 at most. Each has its own duties, which know it
+    and the future; its rotor has dry friction and no inertia. Least squares of the error over time, by
+    Gauss-Newton steps within bounds (a local optimum), from the duties of an ideal feedback of the true
+    error. Fast scenarios are cut to what so many knots resolve.
     """
-    chosen = range(min(joints, len(draws)))
+    chosen = range(min(joints or max(min(len(draws) // 2, 24), 4), len(draws)))
     found = {}
     for number, scenario in enumerate(scenarios):
         course, step = _thinned(scenario.course, period, knots)
