@@ -103,4 +103,4 @@ def test_a_hidden_joint_is_recorded_inside_the_band(joints, predicted, elf, tmp_
     kept = (recorded > low - count) & (recorded < high + count)
     assert kept.mean() > 0.95
     assert np.ptp(recorded) > 0.05
-    assert (high - low).max() < 0.09  # a band that tells something: the step is 0.08
+    assert (high - low)[-20:].max() < 0.03  # a band that tells something: the step is 0.08
