@@ -18,9 +18,9 @@ def main() -> None:
     keep_compiled_code()
     from muscle_bayes.cli.control_options import load_joints
     from muscle_bayes.control.batch import Bank, run
-    from muscle_bayes.control.gains import Gains, law_of
-    from muscle_bayes.control.laws import TUNED, template
-    from muscle_bayes.control.scenarios import thesis_scenarios
+    from muscle_bayes.control.laws.gains import Gains, law_of
+    from muscle_bayes.control.laws.templates import TUNED, template
+    from muscle_bayes.control.scenarios.thesis import thesis_scenarios
 
     draws, _ = load_joints(args.muscle, None, None, None, args.draws, 0)
     laws = [template(law, draws).at([0.5] * 8) for law in TUNED]

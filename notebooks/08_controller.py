@@ -18,10 +18,10 @@ import muscle_bayes as mb
 
 mb.keep_compiled_code()
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import gains_header
-from muscle_bayes.control.heater_fit import fit_heater
-from muscle_bayes.control.scenarios import thesis_scenarios
+from muscle_bayes.control.laws.gains import gains_header
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.heater_fit import fit_heater
+from muscle_bayes.control.scenarios.thesis import thesis_scenarios
 from muscle_bayes.control.tune import Effort
 
 # %% tags=["parameters"]

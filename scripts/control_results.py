@@ -18,9 +18,9 @@ def main() -> None:
     parser.add_argument("--tried", type=int, default=24, help="in a round about the best")
     args = parser.parse_args()
     keep_compiled_code()
-    from muscle_bayes.control.draws import Surroundings, joint_draws
-    from muscle_bayes.control.heater_fit import assumed_heater, fit_heater
-    from muscle_bayes.control.scenarios import thesis_scenarios
+    from muscle_bayes.control.plant.draws import Surroundings, joint_draws
+    from muscle_bayes.control.plant.heater_fit import assumed_heater, fit_heater
+    from muscle_bayes.control.scenarios.thesis import thesis_scenarios
     from muscle_bayes.control.study import tuned_laws
     from muscle_bayes.control.tune import Effort
     from muscle_bayes.data import read_runs

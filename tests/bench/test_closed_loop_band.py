@@ -12,11 +12,11 @@ from muscle_bayes.bench.sequences.sequence_file import run_metadata
 from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
 from muscle_bayes.bench.simulation.recording import rig_tables, simulated_devices
 from muscle_bayes.control.batch import SHOWN_EVERY, Bank, run
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.draws import Surroundings, joint_draws
-from muscle_bayes.control.gains import Gains, gains_header, law_of
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.scenarios import step
+from muscle_bayes.control.laws.gains import Gains, gains_header, law_of
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.draws import Surroundings, joint_draws
+from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.control.scenarios.thesis import step
 from muscle_bayes.data import read_run
 from muscle_bayes.inference.population import Population
 from muscle_bayes.inference.population.coordinates import coordinates

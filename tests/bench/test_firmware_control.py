@@ -12,11 +12,11 @@ from jax.experimental import io_callback
 
 from muscle_bayes.bench.boards.protocol import Error, Fault
 from muscle_bayes.control.closed_loop import Clock, simulate, start_of
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import FeedForward, Gains, Inner, gains_header, law_of
-from muscle_bayes.control.law import Law, Measured
-from muscle_bayes.control.scenarios import square
+from muscle_bayes.control.laws.gains import FeedForward, Gains, Inner, gains_header, law_of
+from muscle_bayes.control.laws.law import Law, Measured
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.scenarios.thesis import square
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
 PERIOD_MS = 20

@@ -10,8 +10,8 @@ from muscle_bayes.bench.boards.protocol import encode
 from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
 from muscle_bayes.bench.trials.failures import ALLOWED
 from muscle_bayes.cli import app
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import FeedForward, Gains, gains_header, gains_toml
+from muscle_bayes.control.laws.gains import FeedForward, Gains, gains_header, gains_toml
+from muscle_bayes.control.plant.design import Design
 from muscle_bayes.data import read_run
 from muscle_bayes.twin import Element, Rig
 

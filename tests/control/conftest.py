@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from published import COIL_CONTACT, TABLE_1_COULOMB, TABLE_2
 
-from muscle_bayes.control.draws import joint_draws
+from muscle_bayes.control.plant.draws import joint_draws
 from muscle_bayes.inference.population import Population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 

@@ -6,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.control.closed_loop import Clock, simulate, start_of
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import Gains, law_of
+from muscle_bayes.control.laws.gains import Gains, law_of
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.draws import JointDraws
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 
 PERIOD = 0.03

@@ -8,9 +8,9 @@ import numpy as np
 from loops import loop
 
 from muscle_bayes.control.batch import SHOWN_EVERY, SIDE_BY_SIDE, Bank, batch_by_batch, run
-from muscle_bayes.control.gains import Gains, law_of
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.scenarios import step
+from muscle_bayes.control.laws.gains import Gains, law_of
+from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.control.scenarios.thesis import step
 from muscle_bayes.inference.running.precision import double_precision
 
 

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
-from muscle_bayes.control.gains import read_gains
+from muscle_bayes.control.laws.gains import read_gains
 
 SHORT = """
 name = "nudge"

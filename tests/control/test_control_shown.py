@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.control.gains import Gains
-from muscle_bayes.control.heater_fit import HeaterPosterior
+from muscle_bayes.control.laws.gains import Gains
+from muscle_bayes.control.plant.heater_fit import HeaterPosterior
 from muscle_bayes.control.tune import Tuning
 
 GAINS = Gains(proportional=1234.5, integral=20.0, bias=6.0)

@@ -8,9 +8,9 @@ from loops import joint_of, loop
 from published import COIL_CONTACT, HEATER, TABLE_1_COULOMB, TABLE_1_LINEAR, TABLE_2
 
 from muscle_bayes.control.closed_loop import start_of
-from muscle_bayes.control.gains import Gains
-from muscle_bayes.control.rotor import advance
-from muscle_bayes.control.scenario import course_of
+from muscle_bayes.control.laws.gains import Gains
+from muscle_bayes.control.plant.rotor import advance
+from muscle_bayes.control.scenarios.scenario import course_of
 from muscle_bayes.physics.plant import Drive
 
 ROOM = Drive(jnp.full(2, 25.0), jnp.zeros(()), jnp.zeros(()))

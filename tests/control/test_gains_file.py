@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import (
+from muscle_bayes.control.laws.gains import (
     FeedForward,
     Gains,
     Inner,
@@ -17,6 +16,7 @@ from muscle_bayes.control.gains import (
     gains_toml,
     read_gains,
 )
+from muscle_bayes.control.plant.design import Design
 from muscle_bayes.errors import MuscleBayesError
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from muscle_bayes.bench.heat.temperature_control import HeaterLaw
-from muscle_bayes.control.certain_duty import STEP, certain_duty
-from muscle_bayes.control.heater_fit import PRIOR, assumed_heater, fit_heater, response
+from muscle_bayes.control.plant.certain_duty import STEP, certain_duty
+from muscle_bayes.control.plant.heater_fit import PRIOR, assumed_heater, fit_heater, response
 from muscle_bayes.data import Fixture, Metadata, Run
 from muscle_bayes.data.elements import MuscleElement
 from muscle_bayes.errors import MuscleBayesError

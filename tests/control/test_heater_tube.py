@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from muscle_bayes.control.heater import Heater, HeaterState
+from muscle_bayes.control.plant.heater import Heater, HeaterState
 
 
 def tubes(gain, cooling, lag, room):

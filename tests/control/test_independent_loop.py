@@ -6,9 +6,9 @@ from loops import PERIOD, IntegerLaw, joint_of, loop
 from published import COIL_CONTACT, HEATER, TABLE_1_COULOMB, TABLE_1_LINEAR, TABLE_2
 from scipy.integrate import solve_ivp
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import Gains, board_numbers
-from muscle_bayes.control.scenario import course_of
+from muscle_bayes.control.laws.gains import Gains, board_numbers
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.scenarios.scenario import course_of
 from muscle_bayes.twin import make_effect
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.parameters import Truth

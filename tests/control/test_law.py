@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from loops import IntegerLaw
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.gains import FeedForward, Gains, Inner, board_numbers, law_of
-from muscle_bayes.control.law import Law, Measured, Numbers
+from muscle_bayes.control.laws.gains import FeedForward, Gains, Inner, board_numbers, law_of
+from muscle_bayes.control.laws.law import Law, Measured, Numbers
+from muscle_bayes.control.plant.design import Design
 
 NUMBERS = st.builds(
     Numbers,

@@ -11,9 +11,8 @@ from published import HEATER, TABLE_1_LINEAR, TABLE_2
 
 import control
 from muscle_bayes.control.closed_loop import start_of
-from muscle_bayes.control.feedforward import static_inverse
-from muscle_bayes.control.gains import Gains, Inner
-from muscle_bayes.control.heater import HeaterState
+from muscle_bayes.control.laws.feedforward import static_inverse
+from muscle_bayes.control.laws.gains import Gains, Inner
 from muscle_bayes.control.linear import (
     loop_gain,
     loops,
@@ -23,8 +22,9 @@ from muscle_bayes.control.linear import (
     snapshot_gains,
     state_space,
 )
-from muscle_bayes.control.rotor import Motion, advance
-from muscle_bayes.control.scenario import course_of
+from muscle_bayes.control.plant.heater import HeaterState
+from muscle_bayes.control.plant.rotor import Motion, advance
+from muscle_bayes.control.scenarios.scenario import course_of
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.plant import Drive
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from muscle_bayes.control.closed_loop import Trace
-from muscle_bayes.control.metrics import BAND, metrics
-from muscle_bayes.control.scenario import course_of
-from muscle_bayes.control.scenarios import (
+from muscle_bayes.control.judging.metrics import BAND, metrics
+from muscle_bayes.control.scenarios.scenario import course_of
+from muscle_bayes.control.scenarios.thesis import (
     STEP,
     load_step,
     setpoint_sine,

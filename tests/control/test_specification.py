@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from muscle_bayes.control.feasible import feasible
-from muscle_bayes.control.judge import Judgement, standard_error
-from muscle_bayes.control.metrics import RUNAWAY, Metrics
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.scenarios import load_sine, load_step, setpoint_sine, square, step
-from muscle_bayes.control.specification import Specification, cvar, wanted, within_reach
+from muscle_bayes.control.judging.feasible import feasible
+from muscle_bayes.control.judging.judge import Judgement, standard_error
+from muscle_bayes.control.judging.metrics import RUNAWAY, Metrics
+from muscle_bayes.control.judging.specification import Specification, cvar, wanted, within_reach
+from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.control.scenarios.thesis import load_sine, load_step, setpoint_sine, square, step
 
 NOTHING = dict.fromkeys(Metrics._fields, np.nan)
 

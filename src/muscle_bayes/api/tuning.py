@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.draws import joint_draws
-from muscle_bayes.control.gains import LawName
-from muscle_bayes.control.heater_fit import assumed_heater
-from muscle_bayes.control.laws import TUNED
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.scenarios import thesis_scenarios
+from muscle_bayes.control.laws.gains import LawName
+from muscle_bayes.control.laws.templates import TUNED
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.draws import joint_draws
+from muscle_bayes.control.plant.heater_fit import assumed_heater
+from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.control.scenarios.thesis import thesis_scenarios
 from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort as TuningEffort
 from muscle_bayes.inference.population import Population, fit_population
@@ -39,7 +39,7 @@ def tune(
         muscle: a population, or the posterior of one muscle: then the spread is assumed.
         fixture: posterior whose J, D and friction the joint has; default: those of `muscle`.
         heater: draws of the heater's gain [K/s at full duty], cooling [1/s] and lag [s], as
-            `muscle_bayes.control.heater_fit.fit_heater` gives them; default: assumed ones.
+            `muscle_bayes.control.plant.heater_fit.fit_heater` gives them; default: assumed ones.
         design: the joint's geometry and sensors; default: the bench's.
         scenarios: what the joint has to do; default: the nine of the thesis.
         limits: largest values of metrics (SI) that replace the default specifications.
@@ -58,7 +58,7 @@ def tune(
 
     Example:
         >>> import muscle_bayes as mb
-        >>> from muscle_bayes.control.scenarios import thesis_scenarios
+        >>> from muscle_bayes.control.scenarios.thesis import thesis_scenarios
         >>> from muscle_bayes.control.tune import Effort
         >>> muscle = mb.load("muscle.nc")  # of the staircases, by `fit`
         >>> few = Effort(starts=2, scouts=2, kept=1, rounds=0)

@@ -8,8 +8,8 @@ import typer
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 
 if TYPE_CHECKING:
-    from muscle_bayes.control.draws import JointDraws
-    from muscle_bayes.control.scenario import Scenario
+    from muscle_bayes.control.plant.draws import JointDraws
+    from muscle_bayes.control.scenarios.scenario import Scenario
 
 PosteriorArgument = Annotated[
     Path,
@@ -60,9 +60,9 @@ def load_joints(
     seed: int,
 ) -> tuple["JointDraws", list[str]]:
     """Draws of joints, and what has to be told about where they come from."""
-    from muscle_bayes.control.design import Design, read_design
-    from muscle_bayes.control.draws import joint_draws
-    from muscle_bayes.control.heater_fit import assumed_heater, fit_heater
+    from muscle_bayes.control.plant.design import Design, read_design
+    from muscle_bayes.control.plant.draws import joint_draws
+    from muscle_bayes.control.plant.heater_fit import assumed_heater, fit_heater
     from muscle_bayes.data import read_runs
     from muscle_bayes.inference.population import load_population
     from muscle_bayes.inference.posteriors.posterior import Posterior
@@ -81,8 +81,8 @@ def load_joints(
 
 def chosen_scenarios(names: list[str] | None, period: float) -> "list[Scenario]":
     """Scenarios by name or from files; the thesis' nine where none is named."""
-    from muscle_bayes.control.scenario_file import read_scenario
-    from muscle_bayes.control.scenarios import harder_scenarios, thesis_scenarios
+    from muscle_bayes.control.scenarios.scenario_file import read_scenario
+    from muscle_bayes.control.scenarios.thesis import harder_scenarios, thesis_scenarios
 
     standard = list(thesis_scenarios(period))
     known = {one.name: one for one in (*standard, *harder_scenarios(period))}
@@ -100,7 +100,7 @@ def chosen_scenarios(names: list[str] | None, period: float) -> "list[Scenario]"
 
 def chosen_limits(texts: list[str] | None) -> dict[str, float]:
     """Limits from METRIC=LIMIT. Raises MuscleBayesError where one is none."""
-    from muscle_bayes.control.specification import HOTTEST, STEP_WANTED, TRACKING_WANTED
+    from muscle_bayes.control.judging.specification import HOTTEST, STEP_WANTED, TRACKING_WANTED
 
     known = {*STEP_WANTED, *TRACKING_WANTED, "peak_temperature"}
     limits = {}

@@ -182,8 +182,8 @@ def _simulated(
 
     from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
     from muscle_bayes.bench.simulation.recording import NOTES, rig_tables, simulated_devices
-    from muscle_bayes.control.design import Design
-    from muscle_bayes.control.gains import gains_header, read_gains
+    from muscle_bayes.control.laws.gains import gains_header, read_gains
+    from muscle_bayes.control.plant.design import Design
     from muscle_bayes.twin.rig import Element
 
     if gains is None:

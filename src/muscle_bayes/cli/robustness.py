@@ -53,10 +53,10 @@ def robustness(
 
     from muscle_bayes.control.batch import Bank
     from muscle_bayes.control.closed_loop import Clock
-    from muscle_bayes.control.gains import read_gains
-    from muscle_bayes.control.judge import judge
+    from muscle_bayes.control.judging.judge import judge
+    from muscle_bayes.control.laws.gains import read_gains
     from muscle_bayes.control.linear import snapshot_gains
-    from muscle_bayes.control.scenarios import STEP
+    from muscle_bayes.control.scenarios.thesis import STEP
     from muscle_bayes.control.study import asked
     from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.control_page import write_control_report

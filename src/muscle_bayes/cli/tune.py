@@ -83,7 +83,7 @@ def tune(
     """
     from rich.console import Console
 
-    from muscle_bayes.control.gains import gains_header, gains_toml
+    from muscle_bayes.control.laws.gains import gains_header, gains_toml
     from muscle_bayes.control.study import tuned_laws
     from muscle_bayes.control.tune import Effort
     from muscle_bayes.progress import shown_progress

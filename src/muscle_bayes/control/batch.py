@@ -14,11 +14,11 @@ import jax
 import numpy as np
 
 from muscle_bayes.control.closed_loop import Clock, simulate, start_of
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.law import Law
-from muscle_bayes.control.metrics import Metrics, metrics
-from muscle_bayes.control.rotor import Motion
-from muscle_bayes.control.scenario import Course, Scenario
+from muscle_bayes.control.judging.metrics import Metrics, metrics
+from muscle_bayes.control.laws.law import Law
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.plant.rotor import Motion
+from muscle_bayes.control.scenarios.scenario import Course, Scenario
 
 SIDE_BY_SIDE = 256
 """Loops per batch of a core: what fills its vector units and hides the cost of a step."""

@@ -8,12 +8,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.heater import HeaterState
-from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.law import Law, Measured
-from muscle_bayes.control.rest import at_rest, balanced, remembering_rest
-from muscle_bayes.control.rotor import Motion, advance
-from muscle_bayes.control.scenario import Course
+from muscle_bayes.control.laws.law import Law, Measured
+from muscle_bayes.control.plant.heater import HeaterState
+from muscle_bayes.control.plant.joint import Joint
+from muscle_bayes.control.plant.rest import at_rest, balanced, remembering_rest
+from muscle_bayes.control.plant.rotor import Motion, advance
+from muscle_bayes.control.scenarios.scenario import Course
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise

@@ -9,10 +9,10 @@ from jaxtyping import Array
 
 import control
 from muscle_bayes.control.closed_loop import resting_plant, start_of
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import Gains, Inner, fits_the_board
-from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.law import FULL_DUTY
+from muscle_bayes.control.laws.gains import Gains, Inner, fits_the_board
+from muscle_bayes.control.laws.law import FULL_DUTY
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision

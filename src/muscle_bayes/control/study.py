@@ -5,15 +5,15 @@ from typing import Final, NamedTuple
 
 from muscle_bayes.control.batch import Bank
 from muscle_bayes.control.closed_loop import Clock
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.feasible import feasible
-from muscle_bayes.control.gains import Gains, LawName
-from muscle_bayes.control.judge import Judgement, judge
-from muscle_bayes.control.laws import TUNED, template
+from muscle_bayes.control.judging.feasible import feasible
+from muscle_bayes.control.judging.judge import Judgement, judge
+from muscle_bayes.control.judging.specification import Specification, specifications
+from muscle_bayes.control.laws.gains import Gains, LawName
+from muscle_bayes.control.laws.templates import TUNED, template
 from muscle_bayes.control.linear import snapshot_gains
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.scenarios import STEP
-from muscle_bayes.control.specification import Specification, specifications
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.control.scenarios.thesis import STEP
 from muscle_bayes.control.tune import Effort, tune
 
 Report = Callable[[str, int, int], None]

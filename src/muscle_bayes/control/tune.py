@@ -8,10 +8,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from muscle_bayes.control.batch import Bank, run
-from muscle_bayes.control.gains import Gains, law_of
-from muscle_bayes.control.laws import Template
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.specification import Specification, cvar
+from muscle_bayes.control.judging.specification import Specification, cvar
+from muscle_bayes.control.laws.gains import Gains, law_of
+from muscle_bayes.control.laws.templates import Template
+from muscle_bayes.control.scenarios.scenario import Scenario
 
 Report = Callable[[str, int, int], None]
 

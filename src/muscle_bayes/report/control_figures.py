@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from muscle_bayes.control.batch import SHOWN_EVERY
-from muscle_bayes.control.judge import Judgement, TradeOff
+from muscle_bayes.control.judging.judge import Judgement, TradeOff
 from muscle_bayes.control.linear import Loop
-from muscle_bayes.control.scenario import Scenario
+from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.report.style import BLACK, BLUE, GREY, PALETTE, VERMILLION, WIDTH, quiet_style
 
 _BANDS: Final = ((BLUE, 0.30), (VERMILLION, 0.22))
@@ -22,7 +22,7 @@ def responses_figure(result: Judgement, laws: Sequence[str]) -> Figure:
     """Angle over time in every scenario: setpoint, and median and 90 % of joints under one or two laws.
 
     Args:
-        result: of laws that were judged, by `muscle_bayes.control.judge.judge`.
+        result: of laws that were judged, by `muscle_bayes.control.judging.judge.judge`.
         laws: one or two of them, the first in front.
 
     Returns:
@@ -77,7 +77,7 @@ def pareto_figure(curves: Mapping[str, TradeOff], limit: float) -> Figure:
     """Settling time of the step against the probability of overheating, as gains are multiplied.
 
     Args:
-        curves: of every law, by `muscle_bayes.control.judge.trade_off`.
+        curves: of every law, by `muscle_bayes.control.judging.judge.trade_off`.
         limit: temperature that counts as overheating [C].
 
     Returns:

@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from muscle_bayes.control.batch import Bank
-from muscle_bayes.control.gains import gains_header, gains_toml
-from muscle_bayes.control.judge import Judgement, standard_error, trade_off
+from muscle_bayes.control.judging.judge import Judgement, standard_error, trade_off
+from muscle_bayes.control.judging.specification import HOTTEST, cvar
+from muscle_bayes.control.laws.gains import gains_header, gains_toml
 from muscle_bayes.control.linear import Loop, loops
-from muscle_bayes.control.specification import HOTTEST, cvar
 from muscle_bayes.json_file import write_json
 from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
 from muscle_bayes.report.style import save

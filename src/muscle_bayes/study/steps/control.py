@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from muscle_bayes.control.gains import LawName, gains_header, gains_toml
-from muscle_bayes.control.judge import Judgement, trade_off
-from muscle_bayes.control.laws import TUNED
+from muscle_bayes.control.judging.judge import Judgement, trade_off
+from muscle_bayes.control.judging.specification import HOTTEST
+from muscle_bayes.control.laws.gains import LawName, gains_header, gains_toml
+from muscle_bayes.control.laws.templates import TUNED
 from muscle_bayes.control.linear import loops
-from muscle_bayes.control.scenarios import STEP, thesis_scenarios
-from muscle_bayes.control.specification import HOTTEST
+from muscle_bayes.control.scenarios.thesis import STEP, thesis_scenarios
 from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort
 from muscle_bayes.json_file import write_json

@@ -1,8 +1,8 @@
 """Draws of the joint that gains are tuned for."""
 
-from muscle_bayes.control.design import Design, read_design
-from muscle_bayes.control.draws import JointDraws, joint_draws
-from muscle_bayes.control.heater_fit import HeaterPosterior, assumed_heater, fit_heater
+from muscle_bayes.control.plant.design import Design, read_design
+from muscle_bayes.control.plant.draws import JointDraws, joint_draws
+from muscle_bayes.control.plant.heater_fit import HeaterPosterior, assumed_heater, fit_heater
 from muscle_bayes.data import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.population import fit_population

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.law import ENTRIES, Law, Numbers
+from muscle_bayes.control.laws.law import ENTRIES, Law, Numbers
+from muscle_bayes.control.plant.design import Design
 from muscle_bayes.data.elements import Finite, NonNegative, Table
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes

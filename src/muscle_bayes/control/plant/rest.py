@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.rotor import Motion
+from muscle_bayes.control.plant.rotor import Motion
 from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import rested

@@ -10,9 +10,9 @@ import pandas as pd
 from jaxtyping import Bool, Float
 
 from muscle_bayes.control.batch import Bank, Outcome, run
-from muscle_bayes.control.gains import Gains, fits_the_board, law_of
-from muscle_bayes.control.scenario import Scenario
-from muscle_bayes.control.specification import Specification, cvar
+from muscle_bayes.control.judging.specification import Specification, cvar
+from muscle_bayes.control.laws.gains import Gains, fits_the_board, law_of
+from muscle_bayes.control.scenarios.scenario import Scenario
 
 UNITS: Final = {
     "rise_time": "s",

@@ -2,8 +2,8 @@
 
 import equinox as eqx
 
-from muscle_bayes.control.heater import Heater
-from muscle_bayes.control.sensors import Potentiometer, Thermocouples
+from muscle_bayes.control.plant.heater import Heater
+from muscle_bayes.control.plant.sensors import Potentiometer, Thermocouples
 from muscle_bayes.physics.plant import Plant
 
 

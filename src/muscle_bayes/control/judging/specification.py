@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from jaxtyping import Bool, Float
 
-from muscle_bayes.control.metrics import RUNAWAY, Metrics
-from muscle_bayes.control.scenario import Course, Scenario
+from muscle_bayes.control.judging.metrics import RUNAWAY, Metrics
+from muscle_bayes.control.scenarios.scenario import Course, Scenario
 
 STEP_WANTED: Final = {
     "settling_time": 30.0,

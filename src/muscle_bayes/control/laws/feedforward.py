@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.control.closed_loop import resting_plant, start_of
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.gains import FeedForward
-from muscle_bayes.control.rest import angles_between
+from muscle_bayes.control.laws.gains import FeedForward
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.plant.rest import angles_between
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.plant import Drive

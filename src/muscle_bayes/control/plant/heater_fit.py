@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.signal import lfilter
 
 from muscle_bayes.bench.heat.temperature_control import HeaterLaw
-from muscle_bayes.control.certain_duty import STEP, Stretch, stretches
+from muscle_bayes.control.plant.certain_duty import STEP, Stretch, stretches
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from muscle_bayes.control.sensors import Potentiometer, Thermocouples
+from muscle_bayes.control.plant.sensors import Potentiometer, Thermocouples
 from muscle_bayes.data import Fixture, Metadata, RunError
 from muscle_bayes.data.elements import MuscleElement
 from muscle_bayes.data.files import parse_toml, read_bytes

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from muscle_bayes.control.scenario import Course, Scenario, course_of
+from muscle_bayes.control.scenarios.scenario import Course, Scenario, course_of
 
 STEP = 0.08
 """Amplitude of setpoints [rad]: what the bench's muscles reach within their trained temperatures."""

@@ -12,14 +12,14 @@ from jaxtyping import Array, Float
 from scipy.optimize import least_squares
 
 from muscle_bayes.control.closed_loop import Trace, resting_plant, start_of
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.heater import HeaterState
-from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.law import FULL_DUTY
-from muscle_bayes.control.metrics import Metrics, metrics
-from muscle_bayes.control.rotor import Motion
-from muscle_bayes.control.scenario import Course, Scenario, course_of
-from muscle_bayes.control.specification import HOTTEST
+from muscle_bayes.control.judging.metrics import Metrics, metrics
+from muscle_bayes.control.judging.specification import HOTTEST
+from muscle_bayes.control.laws.law import FULL_DUTY
+from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.plant.heater import HeaterState
+from muscle_bayes.control.plant.joint import Joint
+from muscle_bayes.control.plant.rotor import Motion
+from muscle_bayes.control.scenarios.scenario import Course, Scenario, course_of
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.plant import Drive

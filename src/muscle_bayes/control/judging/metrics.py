@@ -7,8 +7,8 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from muscle_bayes.control.closed_loop import Trace
-from muscle_bayes.control.law import FULL_DUTY
-from muscle_bayes.control.scenario import MOST_JUMPS, Course
+from muscle_bayes.control.laws.law import FULL_DUTY
+from muscle_bayes.control.scenarios.scenario import MOST_JUMPS, Course
 from muscle_bayes.physics.linkage import Scalar
 
 SAFE_TEMPERATURE = 110.0

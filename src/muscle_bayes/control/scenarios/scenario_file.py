@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from muscle_bayes.control.scenario import Scenario, course_of
+from muscle_bayes.control.scenarios.scenario import Scenario, course_of
 from muscle_bayes.data.elements import Finite, NonNegative, Table
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes

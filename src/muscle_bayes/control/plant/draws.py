@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from muscle_bayes.control.design import Design
-from muscle_bayes.control.heater import Heater
-from muscle_bayes.control.joint import Joint
-from muscle_bayes.control.rest import relaxed_hyst, remembering_rest
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.heater import Heater
+from muscle_bayes.control.plant.joint import Joint
+from muscle_bayes.control.plant.rest import relaxed_hyst, remembering_rest
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.control.draws import JointDraws
-from muscle_bayes.control.feedforward import static_inverse
-from muscle_bayes.control.gains import Gains, Inner, LawName
-from muscle_bayes.control.law import FULL_DUTY
+from muscle_bayes.control.laws.feedforward import static_inverse
+from muscle_bayes.control.laws.gains import Gains, Inner, LawName
+from muscle_bayes.control.laws.law import FULL_DUTY
+from muscle_bayes.control.plant.draws import JointDraws
 
 CEILING: Final = 98.5
 """Temperature that the governor lets the median joint hold [C]."""

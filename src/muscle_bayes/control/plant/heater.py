@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from muscle_bayes.control.law import FULL_DUTY
+from muscle_bayes.control.laws.law import FULL_DUTY
 from muscle_bayes.physics.linkage import Scalar
 
 Both = Float[Array, "2"]

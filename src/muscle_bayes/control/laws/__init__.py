@@ -1,0 +1,1 @@
+"""Control laws as the board computes them, their gains, and where to look for them."""

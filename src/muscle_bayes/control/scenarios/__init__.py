@@ -1,0 +1,1 @@
+"""What happens to a joint: courses of setpoint and load."""
