@@ -3,11 +3,12 @@
 from types import SimpleNamespace
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from muscle_bayes.discovery import draws
-from muscle_bayes.discovery.draws import Draws, sampled
+from muscle_bayes.discovery.draws import Draws, curves, sampled
 from muscle_bayes.inference.search.factored import FactoredPrecision
 
 SPREAD = np.array([1.0, 0.1, 3.0])
@@ -61,3 +62,12 @@ def test_draws_that_do_not_count_are_told(monkeypatch) -> None:
     assert not found.good
     assert found.log_evidence == found.laplace
     assert "not confirmed" in found.text("slack")
+
+
+def test_a_function_is_worked_out_for_every_draw() -> None:
+    coefficients = np.random.default_rng(0).standard_normal((7, 4))
+    signal = np.linspace(2.0, 5.0, 11)
+    x = (2.0 * signal - 7.0) / 3.0
+    exact = [np.polynomial.chebyshev.chebval(x, [0.0, *one]) for one in coefficients]
+    found = curves(jnp.asarray(coefficients), jnp.asarray(signal), 2.0, 5.0)
+    np.testing.assert_allclose(found, exact, atol=1e-5)

@@ -139,14 +139,21 @@ def curve(nested: Nested, fitted: Fitted, draws: Draws, effect: str, points: int
     drawn = _of_effect(nested, fitted, draws, effect)
     names = [f"{general(effect)}.c{order}" for order in range(1, TERMS + 1)]
     signal = np.linspace(function.low, function.high, points)
-    added = polynomial(
-        [jnp.asarray(drawn[name])[:, None] for name in names],
-        jnp.asarray(signal),
-        jnp.asarray(function.low),
-        jnp.asarray(function.high),
-    )
+    coefficients = jnp.stack([jnp.asarray(drawn[name]) for name in names], axis=1)
+    added = curves(coefficients, jnp.asarray(signal), function.low, function.high)
     low, median, high = np.quantile(np.asarray(added), LEVELS, axis=0)
     return Curve(signal, median, low, high, nested.problem.sites[names[0]].unit)
+
+
+def curves(
+    coefficients: Float[jax.Array, "draw term"],
+    signal: Float[jax.Array, " point"],
+    low: float,
+    high: float,
+) -> Float[jax.Array, "draw point"]:
+    """The function of every draw of its coefficients at these values of the signal."""
+    ends = jnp.asarray(low), jnp.asarray(high)
+    return jax.vmap(lambda c: polynomial(tuple(c), signal, *ends))(coefficients)
 
 
 def undetermined(
