@@ -321,41 +321,40 @@ def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _bend_of(means: np.ndarray, rows: np.ndarray | float) -> np.ndarray:
-    """What averaging over `rows` adds to each mean but the ends: q'' h^2 (1 - 1 / rows^2) / 24.
+def _bent(time: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """What averaging adds to each mean: q'' var(t) / 2, q'' by its neighbours; 0 at ends and gaps.
 
-    q'' h^2 from second differences of means h apart.
+    Args:
+        time: mean times [s].
+        mean: mean readings.
+        variance: of the times of each mean's rows [s^2].
     """
-    return (means[2:] - 2.0 * means[1:-1] + means[:-2]) * (1.0 - 1.0 / rows**2) / 24.0
+    if mean.size < 3:
+        return np.zeros(mean.size)
+    steps = np.diff(time)
+    reach = steps[1:] + steps[:-1]
+    second = 2.0 * np.diff(np.diff(mean) / steps) / reach
+    second[reach > 2.0 * PAUSE * np.median(steps)] = 0.0
+    return np.concatenate([[0.0], 0.5 * variance[1:-1] * second, [0.0]])
 
 
-def _per_bin(reading: np.ndarray, most: int) -> int:
+def _per_bin(time: np.ndarray, reading: np.ndarray, most: int) -> int:
     """Rows that are averaged: up to `most`, as long as the swing that is cut off stays below BENT.
 
-    Noise bends means too; its share is known from bins of one row, where it is most.
+    Noise bends means too, by a share that its third differences tell.
     """
-    spread = float(reading.std())
     noise = float(np.median(np.abs(np.diff(reading, 3)))) * 1.4826 / np.sqrt(20.0)
     rows = most
     while rows > 1:
-        means = reading[: reading.size // rows * rows].reshape(-1, rows).mean(1)
-        bend = float(np.mean(_bend_of(means, rows) ** 2)) if means.size > 2 else 0.0
-        if bend - 6.0 * noise**2 / rows / 24.0**2 <= (BENT * spread) ** 2:
+        times, means = (
+            values[: values.size // rows * rows].reshape(-1, rows) for values in (time, reading)
+        )
+        bent = _bent(times.mean(1), means.mean(1), times.var(1))
+        own = 6.0 * noise**2 / rows / 24.0**2
+        if float(np.mean(bent**2)) - own <= (BENT * float(reading.std())) ** 2:
             break
         rows = max(1, int(rows / 1.25))
     return rows
-
-
-def _unbent(time: np.ndarray, mean: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Means as the readings at their times: what averaging has cut off is put back."""
-    if mean.size < 3:
-        return mean
-    steps = np.diff(time)
-    even = np.abs(steps[1:] - steps[:-1]) < 0.2 * steps[1:]
-    whole = even & (weight[2:] > 0) & (weight[1:-1] > 0) & (weight[:-2] > 0)
-    restored = mean.copy()
-    restored[1:-1] -= np.where(whole, _bend_of(mean, np.maximum(weight[1:-1], 1.0)), 0.0)
-    return restored
 
 
 def fast_record(run: Run) -> Record:
@@ -364,12 +363,15 @@ def fast_record(run: Run) -> Record:
     applied = run.table["applied"].to_numpy()
     width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
     most = max(1, int(width / float(np.median(np.diff(time)))))
-    per_bin = _per_bin(run.table["reading"].to_numpy(), most)
+    per_bin = _per_bin(time, run.table["reading"].to_numpy(), most)
     # The first row is a bin of its own: spring runs are released there.
     owner = (np.arange(time.size) + per_bin - 1) // per_bin
     size = int(owner[-1]) + 1
     mean_time, mean, weight, coarse = _observations(run, owner, size)
-    mean = _unbent(mean_time, mean, weight)
+    scatter = _means((time - mean_time[owner]) ** 2, owner, size)
+    seen = weight > 0  # and its neighbours, from which a bend is told
+    seen[1:-1] &= (weight[2:] > 0) & (weight[:-2] > 0)
+    mean = mean - np.where(seen, _bent(mean_time, mean, scatter), 0.0)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
     own = np.union1d(mean_time, jumps)
     added = np.setdiff1d(np.union1d(own, _bridges(own, FAST_LONGEST * width)), mean_time)
