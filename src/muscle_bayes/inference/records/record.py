@@ -41,6 +41,8 @@ FORCED_BIN = 1 / 200
 BENT = 1.8e-3
 """Averaging may cut off this share of the readings' spread: a swing is averaged over a thirtieth of its
 period at most, and the solver's steps follow it."""
+FEWEST_BINS = 8
+"""Of a fast run that is averaged: fewer do not tell how readings bend."""
 FAST_LONGEST = 3.0
 """Longest interval of a fast run, in these: a gap of the log is solved in as many as it takes."""
 FROZEN_READINGS = 20
@@ -343,8 +345,10 @@ def _per_bin(time: np.ndarray, reading: np.ndarray, most: int) -> int:
 
     Noise bends means too, by a share that its third differences tell.
     """
+    rows = min(most, reading.size // FEWEST_BINS)
+    if rows <= 1:
+        return 1
     noise = float(np.median(np.abs(np.diff(reading, 3)))) * 1.4826 / np.sqrt(20.0)
-    rows = most
     while rows > 1:
         times, means = (
             values[: values.size // rows * rows].reshape(-1, rows) for values in (time, reading)
