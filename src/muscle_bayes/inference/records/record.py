@@ -35,7 +35,7 @@ FIRST_SECONDS = 1.0
 CURVATURE_SPAN = 0.5
 """Instants this far apart tell how temperature bends, s."""
 FAST_BIN = 1 / 60
-"""Readings closer than this are averaged in fast runs, s, or fewer where they swing fast (`_per_bin`)."""
+"""Readings closer than this are averaged in fast runs, s, or fewer where they swing fast (`_thirtieth`)."""
 FORCED_BIN = 1 / 200
 """The same where an applied force is logged, which may change quickly, s."""
 BENT = 1.8e-3
@@ -323,42 +323,43 @@ def _bridges(nodes: np.ndarray, longest: float) -> np.ndarray:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _bent(time: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """What averaging adds to each mean: q'' var(t) / 2, q'' by its neighbours; 0 at ends and gaps.
-
-    Args:
-        time: mean times [s].
-        mean: mean readings.
-        variance: of the times of each mean's rows [s^2].
-    """
+def _second(time: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Second derivative of means, by their neighbours; 0 at ends and gaps."""
     if mean.size < 3:
         return np.zeros(mean.size)
     steps = np.diff(time)
     reach = steps[1:] + steps[:-1]
     second = 2.0 * np.diff(np.diff(mean) / steps) / reach
     second[reach > 2.0 * PAUSE * np.median(steps)] = 0.0
-    return np.concatenate([[0.0], 0.5 * variance[1:-1] * second, [0.0]])
+    return np.concatenate([[0.0], second, [0.0]])
 
 
-def _per_bin(time: np.ndarray, reading: np.ndarray, most: int) -> int:
-    """Rows that are averaged: up to `most`, as long as the swing that is cut off stays below BENT.
+def _thirtieth(run: Run) -> float:
+    """Time h over which readings bend by BENT of their spread: a thirtieth of a swing's period [s].
 
-    Noise bends means too, by a share that its third differences tell.
+    q'' h^2 / 24 is what averaging over h cuts off. q'' from means of so many rows that noise, known
+    from third differences, does not make most of it; endless where it always does.
     """
-    rows = min(most, reading.size // FEWEST_BINS)
-    if rows <= 1:
-        return 1
-    noise = float(np.median(np.abs(np.diff(reading, 3)))) * 1.4826 / np.sqrt(20.0)
-    while rows > 1:
+    time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
+    rows, spread = 1, float(reading.std())
+    noise = 0.3 * run.output_sensor.resolution
+    if reading.size > 3:
+        scatter = 1.4826 * float(np.median(np.abs(np.diff(reading, 3)))) / np.sqrt(20.0)
+        noise = max(noise, scatter)
+    while reading.size // rows >= FEWEST_BINS and spread > 0.0:
         times, means = (
-            values[: values.size // rows * rows].reshape(-1, rows) for values in (time, reading)
+            values[: values.size // rows * rows].reshape(-1, rows).mean(1)
+            for values in (time, reading)
         )
-        bent = _bent(times.mean(1), means.mean(1), times.var(1))
-        own = 6.0 * noise**2 / rows / 24.0**2
-        if float(np.mean(bent**2)) - own <= (BENT * float(reading.std())) ** 2:
-            break
-        rows = max(1, int(rows / 1.25))
-    return rows
+        steps = np.diff(times)
+        usual = float(np.median(steps))
+        even = np.minimum(steps[1:], steps[:-1]) > 0.5 * usual
+        bend = float(np.mean(_second(times, means)[1:-1][even] ** 2)) if even.any() else 0.0
+        own = 6.0 * noise**2 / rows / usual**4
+        if bend > 2.0 * own:
+            return float(np.sqrt(24.0 * BENT * spread / np.sqrt(bend - own)))
+        rows *= 2
+    return np.inf
 
 
 def fast_record(run: Run) -> Record:
@@ -366,8 +367,8 @@ def fast_record(run: Run) -> Record:
     time = run.table["time"].to_numpy()
     applied = run.table["applied"].to_numpy()
     width = FORCED_BIN if np.any(applied != 0.0) else FAST_BIN
-    most = max(1, int(width / float(np.median(np.diff(time)))))
-    per_bin = _per_bin(time, run.table["reading"].to_numpy(), most)
+    usual, short = float(np.median(np.diff(time))), _thirtieth(run)
+    per_bin = max(1, min(int(min(width, short) / usual), time.size // FEWEST_BINS))
     # The first row is a bin of its own: spring runs are released there.
     owner = (np.arange(time.size) + per_bin - 1) // per_bin
     size = int(owner[-1]) + 1
@@ -375,10 +376,13 @@ def fast_record(run: Run) -> Record:
     scatter = _means((time - mean_time[owner]) ** 2, owner, size)
     seen = weight > 0  # and its neighbours, from which a bend is told
     seen[1:-1] &= (weight[2:] > 0) & (weight[:-2] > 0)
-    mean = mean - np.where(seen, _bent(mean_time, mean, scatter), 0.0)
+    mean = mean - np.where(seen, 0.5 * scatter * _second(mean_time, mean), 0.0)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
     own = np.union1d(mean_time, jumps)
-    added = np.setdiff1d(np.union1d(own, _bridges(own, FAST_LONGEST * width)), mean_time)
+    added = np.setdiff1d(
+        np.union1d(own, _bridges(own, min(FAST_LONGEST * width, max(1.5 * short, 0.1 * usual)))),
+        mean_time,
+    )
     order = np.argsort(np.concatenate([mean_time, added]), kind="stable")
 
     def merged(values: np.ndarray, fill: float) -> np.ndarray:
