@@ -68,6 +68,6 @@ def test_calibration_is_of_the_model_that_is_fitted(tmp_path):
     log = tmp_path / "staircase-139g.csv"
     log.write_bytes((DATA / log.name).read_bytes())
     told = (DATA / "staircase-139g.toml").read_text(encoding="utf-8")
-    told = told.replace("delay = 0.0", "delay = 0.04\ndelay_uncertainty = 0.2")
+    told = told.replace("delay_uncertainty = 0.0", "delay_uncertainty = 0.2")
     log.with_suffix(".toml").write_text(told, encoding="utf-8")
     assert Template((log,)).problem().layout.effects == (EFFECT,)
