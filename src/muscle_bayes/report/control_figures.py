@@ -56,9 +56,9 @@ def _panel(axis: Axes, result: Judgement, scenario: Scenario, laws: Sequence[str
         axis.plot(time, middle, color=colour, linewidth=1.0, label=f"{law}, median")
     axis.plot(time, setpoint, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), label="setpoint")
     shares = " / ".join(f"{result.probability(law, scenario.name)[0]:.0%}" for law in laws)
-    out = " (infeasible)" if result.specs[scenario.name].infeasible else ""
-    axis.set_title(f"{scenario.name}{out}\n", fontsize=8)
-    axis.text(0.0, 1.02, f"meets {shares}", transform=axis.transAxes, fontsize=7.5, color=GREY)
+    out = ", infeasible" if result.specs[scenario.name].infeasible else ""
+    axis.set_title(f"{scenario.name}\n", fontsize=8)
+    axis.text(0.0, 1.02, f"meets {shares}{out}", transform=axis.transAxes, fontsize=7.5, color=GREY)
     shown = 60.0 if _swings_fast(scenario) else time[-1]
     axis.set_xlim(0.0, shown)
     reach = 1.9 * np.abs(setpoint).max()
