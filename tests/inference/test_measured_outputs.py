@@ -137,3 +137,20 @@ def test_a_thermometer_beside_a_heater_is_explained() -> None:
     lanes = problem.data.lanes[1]
     away = np.asarray(lanes.reading[0] - told)[np.asarray(lanes.weight[0]) > 0]
     assert np.sqrt(np.mean(away**2)) < 0.15
+
+
+@pytest.mark.parametrize("left_out", ["", "offset = 0.0\n"])
+def test_scales_do_not_need_what_acts_on_speed(left_out: str) -> None:
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n'
+    about += 'applied = "u"\napplied_unit = "V"\n[fixture]\nmotion = "linear"\n'
+    about += '[element_a]\nkind = "none"\n[drive]\ngain = 1.8\n' + left_out
+    voltage = 4.0 * np.sin(2.0 * TIME)
+    run = read({"t": TIME, "x": 0.05 * np.sin(2.0 * TIME), "u": voltage}, about)
+    # The back-EMF is unknown, the force at rest is not: gain times the voltage's RMS.
+    assert pose([run]).scales.force == pytest.approx(1.8 * np.sqrt(np.mean(voltage**2)), rel=1e-3)
+
+
+def test_a_spring_of_unknown_damping_pulls() -> None:
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n' + SPRING
+    run = read({"t": TIME, "x": 0.05 * np.sin(2.0 * TIME)}, about + "rate = 300.0\n")
+    assert pose([run]).scales.force == pytest.approx(300.0 * 0.05, rel=1e-2)

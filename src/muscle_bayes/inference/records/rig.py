@@ -21,6 +21,8 @@ from muscle_bayes.physics.outputs import Output, Position, Temperature, Tension,
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.unknown import UNKNOWN, Part
 
+IN_PROPORTION = ("gain", "rate")
+"""Parameters of parts without which there is no force at all."""
 SIDES: tuple[Literal["a", "b"], ...] = ("a", "b")
 OUTPUTS: dict[Measured, Output] = {
     "position": Position(),
@@ -149,10 +151,16 @@ def driving_force(run: Run) -> float:
     signal = float((table["applied"] ** 2).mean() ** 0.5)
     forces = [
         float(table["load"].max()) * GRAVITY * plant.load_lever,
-        float(jnp.abs(plant.actuator.force(jnp.asarray(signal), still))),
+        float(jnp.abs(_sized(plant.actuator).force(jnp.asarray(signal), still))),
         *(float(jnp.abs(side.moment)) for side in _sides(plant) if isinstance(side, Arm)),
     ]
     return _largest(forces) or _element_force(run, plant)
+
+
+def _sized[P: Part](part: P) -> P:
+    """The part without what is unknown of it, but for what all its force is in proportion to."""
+    left_out = {key: jnp.zeros(()) for key in part.unknowns if key not in IN_PROPORTION}
+    return part.filled(left_out)
 
 
 def _sides(plant: Plant) -> tuple[Element, Element]:
@@ -173,7 +181,8 @@ def _element_force(run: Run, plant: Plant) -> float:
     none = jnp.zeros(())
 
     def of(side: Element) -> float:
-        at = jax.vmap(lambda x: side.force(Instant(x, none, none, none, none, {}), ()))
+        sized = _sized(side)
+        at = jax.vmap(lambda x: sized.force(Instant(x, none, none, none, none, {}), ()))
         return float(jnp.abs(at(q)).max())
 
     return _largest([of(side) for side in pulling])
