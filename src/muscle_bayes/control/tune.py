@@ -59,20 +59,20 @@ def _scores(
     scenarios: Sequence[Scenario],
     specs: Mapping[str, Specification],
 ) -> np.ndarray:
-    """(gains, 3): share of draws that meet all, mean share over the scenarios, CVaR of the mean excess."""
+    """(gains, 4): share of draws that meet all, mean share over the scenarios, CVaR of the mean excess,
+    and share of runaways."""
     law = law_of(several, bank.draws.design)
-    worst = np.stack(
-        [specs[one.name].worst(run(bank, law, one).metrics) for one in scenarios], axis=1
-    )
+    found = [(specs[one.name], run(bank, law, one).metrics) for one in scenarios]
+    worst = np.stack([spec.worst(metrics) for spec, metrics in found], axis=1)
+    lost = np.mean([metrics.runaway for _, metrics in found], axis=(0, 2))
     met, missed = worst <= 0.0, np.maximum(worst, 0.0).mean(1)
-    return np.array(
-        [(m.all(0).mean(), m.mean(), cvar(e)) for m, e in zip(met, missed, strict=True)]
-    )
+    rows = [(m.all(0).mean(), m.mean(), cvar(e)) for m, e in zip(met, missed, strict=True)]
+    return np.column_stack([rows, lost])
 
 
 def _order(scores: np.ndarray) -> np.ndarray:
-    """Best first: by the probability of all and of each, ties by the excess of those that miss."""
-    return np.lexsort((scores[:, 2], -(scores[:, 0] + scores[:, 1])))
+    """Best first: by fewest runaways, by the probability of all and of each, by the excess of misses."""
+    return np.lexsort((scores[:, 2], -(scores[:, 0] + scores[:, 1]), scores[:, 3]))
 
 
 def tune(
@@ -89,7 +89,8 @@ def tune(
     """Gains of a law that meet the specifications with the highest probability.
 
     That is the probability of meeting all scenarios' plus the mean of that of meeting each, so that a
-    scenario which no joint masters does not hide the others; the CVaR of the excess decides ties.
+    scenario which no joint masters does not hide the others; the CVaR of the excess decides ties. Gains
+    under which fewer responses run away come first, whatever else they do.
 
     Scrambled Sobol points are tried on a few draws, the best of them on all beside the `known` gains of a
     simpler law, and then points scattered about the best, ever closer. The same draws and noise serve all
@@ -117,5 +118,5 @@ def tune(
         report(name, number + 3, stages)
     best = _order(scores)[0]
     edges = tuple(template.edges(places[best]))
-    every, each, excess = map(float, scores[best])
+    every, each, excess, _ = map(float, scores[best])
     return Tuning(template.at(places[best]), every, each, excess, edges, count)
