@@ -33,7 +33,7 @@ from muscle_bayes.bench.simulation.recording import (
     rig_tables,
     simulated_devices,
 )
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 
 # %% [markdown]
 # ## A sequence

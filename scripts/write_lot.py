@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from muscle_bayes.twin import protocols
-from muscle_bayes.twin.parameters import MuscleParameters, Truth
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.parameters import MuscleParameters, Truth
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.simulate import simulate
 from muscle_bayes.twin.storage import save_runs
 

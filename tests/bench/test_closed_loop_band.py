@@ -23,8 +23,8 @@ from muscle_bayes.inference.population.coordinates import coordinates
 from muscle_bayes.inference.population.hierarchy import prior_spread
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 from muscle_bayes.twin import Element, Rig
-from muscle_bayes.twin.parameters import MuscleParameters, Truth
-from muscle_bayes.twin.rig import Fixture, Heater, Potentiometer
+from muscle_bayes.twin.plant.parameters import MuscleParameters, Truth
+from muscle_bayes.twin.plant.rig import Fixture, Heater, Potentiometer
 
 GAINS = Gains(proportional=8000.0, integral=300.0, windup_time=30.0, governor=(82.0, 107.0))
 LENGTH = 40.0

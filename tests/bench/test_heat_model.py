@@ -17,7 +17,7 @@ from muscle_bayes.bench.heat.heat_model import (
     HeatModel,
     TubeModel,
 )
-from muscle_bayes.twin.heater import HeaterTube
+from muscle_bayes.twin.plant.heater import HeaterTube
 
 TUBE = TubeModel(450, 480)
 """The simulated bench's."""

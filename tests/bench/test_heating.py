@@ -8,8 +8,8 @@ from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.meters.meter import Reading
 from muscle_bayes.bench.sequences.regimes import CLIMB
 from muscle_bayes.bench.sequences.sequence import Stage
-from muscle_bayes.twin.heater import HeaterTube
-from muscle_bayes.twin.rig import Meter
+from muscle_bayes.twin.plant.heater import HeaterTube
+from muscle_bayes.twin.plant.rig import Meter
 from muscle_bayes.twin.sensors import ThermocoupleMeter
 
 ROOM = 25.0

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 from muscle_bayes.inference.posteriors.posterior import Posterior
-from muscle_bayes.twin.parameters import MuscleParameters
+from muscle_bayes.twin.plant.parameters import MuscleParameters
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]

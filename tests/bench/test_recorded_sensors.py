@@ -7,7 +7,7 @@ from test_recorded_runs import SAMPLED, identified, run
 from muscle_bayes.bench.sensors.catalogue import SENSORS
 from muscle_bayes.data import read_run
 from muscle_bayes.inference.posteriors.posterior import Posterior
-from muscle_bayes.twin.parameters import MuscleParameters
+from muscle_bayes.twin.plant.parameters import MuscleParameters
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
 

@@ -15,7 +15,7 @@ from muscle_bayes.bench.simulation.recording import (
     simulated_devices,
 )
 from muscle_bayes.data import read_run
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("firmware")
 SEQUENCE = Sequence(

@@ -15,7 +15,7 @@ from muscle_bayes.bench.simulation.recording import (
 )
 from muscle_bayes.bench.trials.failures import ALLOWED, FAILURES, Incident
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("firmware")
 

@@ -22,7 +22,7 @@ from muscle_bayes.bench.heat.tube_calibration import (
 from muscle_bayes.bench.simulation import SimulatedBench
 from muscle_bayes.cli import app
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin.heater import HeaterTube
+from muscle_bayes.twin.plant.heater import HeaterTube
 
 
 def pulse(rate=4.5, cooling=48.0, lag=0.4, share=1.0, beside=0.0, noise=0.05):

@@ -8,10 +8,10 @@ from muscle_bayes.bench.heat.temperature_control import HeaterLaw
 from muscle_bayes.control.plant.certain_duty import STEP, certain_duty
 from muscle_bayes.control.plant.heater_fit import PRIOR, assumed_heater, fit_heater, response
 from muscle_bayes.data import Fixture, Metadata, Run
-from muscle_bayes.data.elements import MuscleElement
+from muscle_bayes.data.describing.elements import MuscleElement
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.controller import PERIOD, HeaterController
-from muscle_bayes.twin.heater import HeaterTube
+from muscle_bayes.twin.plant.heater import HeaterTube
 
 
 def recorded(

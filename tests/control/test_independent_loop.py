@@ -11,8 +11,8 @@ from muscle_bayes.control.plant.design import Design
 from muscle_bayes.control.scenarios.scenario import course_of
 from muscle_bayes.twin import make_effect
 from muscle_bayes.twin.bench import Bench
-from muscle_bayes.twin.parameters import Truth
-from muscle_bayes.twin.rig import Element, Rig
+from muscle_bayes.twin.plant.parameters import Truth
+from muscle_bayes.twin.plant.rig import Element, Rig
 
 GAINS = Gains(
     proportional=4000.0,

@@ -6,7 +6,7 @@ from sample_log import TOML
 from swing_log import csv, toml
 
 from muscle_bayes.data import Metadata, assumptions
-from muscle_bayes.data.assumptions import ABSENT, ESTIMATED
+from muscle_bayes.data.describing.assumptions import ABSENT, ESTIMATED
 from muscle_bayes.data.validation import _models
 
 

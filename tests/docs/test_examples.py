@@ -13,7 +13,7 @@ import typer
 from pages import DOCS, GUIDES, PAGES, PROJECT, README, blocks, command_lines, mentions
 
 from muscle_bayes.cli import app
-from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.validation import _models
 
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]

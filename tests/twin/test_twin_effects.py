@@ -21,9 +21,9 @@ from muscle_bayes.twin import (
     simulate,
 )
 from muscle_bayes.twin.bench import Bench
-from muscle_bayes.twin.rotor import Rotor
+from muscle_bayes.twin.plant.rotor import Rotor
+from muscle_bayes.twin.plant.springs import Muscle
 from muscle_bayes.twin.sensors import AngleSensor
-from muscle_bayes.twin.springs import Muscle
 
 
 def test_viscous_friction_damps_as_the_linear_law_does():

@@ -5,7 +5,7 @@ from math import exp
 import pytest
 
 from muscle_bayes.twin.controller import PERIOD, HeaterController
-from muscle_bayes.twin.heater import HeaterTube
+from muscle_bayes.twin.plant.heater import HeaterTube
 
 
 def test_tube_heats_at_full_rate_and_cools_as_newton_says():

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from muscle_bayes.twin.loads import LoadSchedule
+from muscle_bayes.twin.plant.loads import LoadSchedule
 
 
 def test_table_is_relative_to_the_log_and_starts_with_what_hangs():

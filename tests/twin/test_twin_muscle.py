@@ -6,8 +6,8 @@ import pytest
 
 from muscle_bayes.twin import Element, Fixture, MuscleParameters, Rig
 from muscle_bayes.twin.bench import Bench
-from muscle_bayes.twin.linkage import Side
-from muscle_bayes.twin.springs import DAMPER_FLOOR, Muscle, ReferenceSpring
+from muscle_bayes.twin.plant.linkage import Side
+from muscle_bayes.twin.plant.springs import DAMPER_FLOOR, Muscle, ReferenceSpring
 
 BASE = 0.100
 P = MuscleParameters()

@@ -5,9 +5,9 @@ from math import pi, sqrt
 import pytest
 
 from muscle_bayes.conventions import GRAVITY, SPRING_INTERCEPT, SPRING_RATE
-from muscle_bayes.twin.linkage import Side
-from muscle_bayes.twin.rotor import Rotor
-from muscle_bayes.twin.springs import ReferenceSpring
+from muscle_bayes.twin.plant.linkage import Side
+from muscle_bayes.twin.plant.rotor import Rotor
+from muscle_bayes.twin.plant.springs import ReferenceSpring
 
 J, D, K = 0.002, 0.005, 0.15
 

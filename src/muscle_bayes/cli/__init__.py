@@ -5,26 +5,26 @@ from typing import Annotated, Final
 
 import typer
 
-from muscle_bayes.cli.bench_test import bench_test
-from muscle_bayes.cli.calibrate import calibrate
-from muscle_bayes.cli.calibrate_heaters import calibrate_heaters
-from muscle_bayes.cli.calibrate_load import calibrate_load
+from muscle_bayes.cli.bench.bench_test import bench_test
+from muscle_bayes.cli.bench.calibrate import calibrate
+from muscle_bayes.cli.bench.calibrate_heaters import calibrate_heaters
+from muscle_bayes.cli.bench.calibrate_load import calibrate_load
+from muscle_bayes.cli.bench.flash import flash
+from muscle_bayes.cli.bench.hold import hold, track
+from muscle_bayes.cli.bench.record import record
+from muscle_bayes.cli.bench.sensors import sensors
+from muscle_bayes.cli.bench.sequence import sequence
 from muscle_bayes.cli.check import check
 from muscle_bayes.cli.common import EXIT_CODES, Commands
 from muscle_bayes.cli.demo import demo
 from muscle_bayes.cli.discover import discover
 from muscle_bayes.cli.effects import effects
 from muscle_bayes.cli.fit import fit
-from muscle_bayes.cli.flash import flash
-from muscle_bayes.cli.hold import hold, track
 from muscle_bayes.cli.init import init
 from muscle_bayes.cli.inspect import inspect
 from muscle_bayes.cli.population import population
-from muscle_bayes.cli.record import record
 from muscle_bayes.cli.robustness import robustness
 from muscle_bayes.cli.sbc import sbc
-from muscle_bayes.cli.sensors import sensors
-from muscle_bayes.cli.sequence import sequence
 from muscle_bayes.cli.show import show
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FittedArgument,
@@ -15,7 +16,6 @@ from muscle_bayes.cli.common import (
     print_place,
     write_json,
 )
-from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import typer
 
+from muscle_bayes.cli.bench.device import Device, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
@@ -12,7 +13,6 @@ from muscle_bayes.cli.common import (
     print_place,
     write_json,
 )
-from muscle_bayes.cli.device import Device, compute_on
 
 FITTED, PREDICTED = "spring-1", "spring-5"
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
@@ -13,7 +14,6 @@ from muscle_bayes.cli.common import (
     SeedOption,
     write_json,
 )
-from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import (
     EffectOption,
     FrictionChoice,

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     JsonOption,
@@ -16,7 +17,6 @@ from muscle_bayes.cli.common import (
     writable_file,
     write_json,
 )
-from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 
 
 class FrictionChoice(StrEnum):

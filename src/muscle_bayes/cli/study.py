@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.common import EXIT_FAILED, FolderOption, JsonOption, write_json
-from muscle_bayes.cli.device import Device, DeviceOption, compute_on
 from muscle_bayes.cli.fit import Preset
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.columns import Columns
+from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.heater_columns import with_heater_columns
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.heater_columns import with_heater_columns
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.names import column_label
 from muscle_bayes.data.reading.header import SaidUnit, place, unit_in_name
 from muscle_bayes.data.reading.header_place import take_header, why_not_there

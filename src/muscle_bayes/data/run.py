@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
+from muscle_bayes.data.describing.heater_columns import HEATER_COLUMNS
+from muscle_bayes.data.describing.metadata import Measured, Metadata
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.heater_columns import HEATER_COLUMNS
-from muscle_bayes.data.metadata import Measured, Metadata
 from muscle_bayes.data.repairing.clock import gaps
 from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.sensor import Sensor, force_sensor_of, grid_step, sensor_of

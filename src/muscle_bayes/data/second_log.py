@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from muscle_bayes.data.columns import Columns
+from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.metadata import Metadata
+from muscle_bayes.data.describing.tables import Thermometer
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.repairing.ledger import Floats, Repair
 from muscle_bayes.data.run import Run
-from muscle_bayes.data.tables import Thermometer
 
 ALIGNED = 5.0
 """Standard uncertainty of an offset that was found by aligning both logs, s."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.units import unit_of
 
 _MOST_DECIMALS = 12

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import HEADER
-from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.metadata import Metadata
 
 
 def write_run(folder: Path, name: str, log: pd.DataFrame, metadata: Metadata) -> Path:

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.elements import Finite, Table
+from muscle_bayes.data.describing.elements import Finite, Table
+from muscle_bayes.data.describing.tables import _as_tuple
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.tables import _as_tuple
 from muscle_bayes.data.validation import explain
 
 Names = Annotated[tuple[str, ...], BeforeValidator(_as_tuple)]

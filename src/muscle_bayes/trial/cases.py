@@ -18,8 +18,8 @@ from muscle_bayes.trial.other_rigs import (
 )
 from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS, Effect, Rig, SimulatedRun, random_rig, simulate, spring_rig
+from muscle_bayes.twin.plant.swings import spring_masses
 from muscle_bayes.twin.protocols import Protocol, sawtooth, spring, staircase
-from muscle_bayes.twin.swings import spring_masses
 
 Kind = Literal["single", "none", "outside", "pair"]
 KINDS: tuple[Kind, ...] = ("single", "none", "outside", "pair")

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS, Effect
-from muscle_bayes.twin.rotor import Rotor
+from muscle_bayes.twin.plant.rotor import Rotor
 
 HELD = "held"
 """Name of the run that is held out."""

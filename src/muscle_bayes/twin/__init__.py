@@ -5,10 +5,13 @@ misfit instead of cancelling.
 """
 
 from muscle_bayes.twin.effects import EFFECTS, Effect, make_effect, parse_effect
-from muscle_bayes.twin.parameters import COULOMB_TABLE_1, LINEAR_TABLE_1, MuscleParameters, Truth
-from muscle_bayes.twin.protocols import Protocol, Stage, free, sawtooth, spring, staircase
-from muscle_bayes.twin.random_rigs import random_rig
-from muscle_bayes.twin.rig import (
+from muscle_bayes.twin.plant.parameters import (
+    COULOMB_TABLE_1,
+    LINEAR_TABLE_1,
+    MuscleParameters,
+    Truth,
+)
+from muscle_bayes.twin.plant.rig import (
     Element,
     Fixture,
     Heater,
@@ -17,9 +20,11 @@ from muscle_bayes.twin.rig import (
     Potentiometer,
     Rig,
 )
+from muscle_bayes.twin.plant.swings import spring_masses, spring_rig
+from muscle_bayes.twin.protocols import Protocol, Stage, free, sawtooth, spring, staircase
+from muscle_bayes.twin.random_rigs import random_rig
 from muscle_bayes.twin.simulate import SimulatedRun, simulate, simulate_set
 from muscle_bayes.twin.storage import save_runs
-from muscle_bayes.twin.swings import spring_masses, spring_rig
 
 __all__ = [
     "COULOMB_TABLE_1",

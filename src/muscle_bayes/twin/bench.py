@@ -2,12 +2,12 @@
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.controller import HeaterController
-from muscle_bayes.twin.heater import HeaterTube
-from muscle_bayes.twin.linkage import Side
-from muscle_bayes.twin.parameters import MuscleParameters
-from muscle_bayes.twin.rig import Element, Rig
-from muscle_bayes.twin.rotor import Rotor
-from muscle_bayes.twin.springs import Muscle, Puller, ReferenceSpring
+from muscle_bayes.twin.plant.heater import HeaterTube
+from muscle_bayes.twin.plant.linkage import Side
+from muscle_bayes.twin.plant.parameters import MuscleParameters
+from muscle_bayes.twin.plant.rig import Element, Rig
+from muscle_bayes.twin.plant.rotor import Rotor
+from muscle_bayes.twin.plant.springs import Muscle, Puller, ReferenceSpring
 
 _SEARCH = 240
 """Parts into which the range between the stops is cut to find equilibria."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.twin.rig import Rig
+    from muscle_bayes.twin.plant.rig import Rig
 
 
 def check_rig(rig: "Rig") -> None:

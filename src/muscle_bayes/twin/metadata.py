@@ -3,8 +3,8 @@
 from typing import Any
 
 from muscle_bayes.data import Metadata
+from muscle_bayes.twin.plant.rig import Element, Rig
 from muscle_bayes.twin.protocols import Protocol
-from muscle_bayes.twin.rig import Element, Rig
 
 NOTES = "Synthetic: written by the simulator of this project, not measured."
 

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.twin.effects import make_effect
-from muscle_bayes.twin.rig import ElementKind, Rig
+from muscle_bayes.twin.plant.rig import ElementKind, Rig
 
 _WORDS = {"kind": get_args(ElementKind), "friction_law": get_args(Friction)}
 _PAIRS = {"stops", "pause"}

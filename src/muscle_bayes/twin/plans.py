@@ -8,9 +8,9 @@ from typing import Any
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import protocols
 from muscle_bayes.twin.overrides import read_toml
+from muscle_bayes.twin.plant.rig import Rig
+from muscle_bayes.twin.plant.swings import spring_masses
 from muscle_bayes.twin.protocols import Protocol, Stage
-from muscle_bayes.twin.rig import Rig
-from muscle_bayes.twin.swings import spring_masses
 
 THESIS_MASSES = (0.139, 0.166, 0.212)
 """Test loads of the muscle tests, kg."""

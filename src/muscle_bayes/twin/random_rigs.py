@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.twin.linkage import Side
-from muscle_bayes.twin.parameters import MuscleParameters, Truth
+from muscle_bayes.twin.plant.linkage import Side
+from muscle_bayes.twin.plant.parameters import MuscleParameters, Truth
+from muscle_bayes.twin.plant.rig import Element, Fixture, Rig
+from muscle_bayes.twin.plant.springs import Muscle
 from muscle_bayes.twin.protocols import HOT
-from muscle_bayes.twin.rig import Element, Fixture, Rig
-from muscle_bayes.twin.springs import Muscle
 
 LIGHTEST, HEAVIEST = 0.060, 0.212
 """Training load and heaviest test load that a random rig must carry between its stops, kg."""

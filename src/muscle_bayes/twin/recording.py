@@ -7,7 +7,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.clock import Row, logged_late
 from muscle_bayes.twin.controller import PERIOD
-from muscle_bayes.twin.loads import LoadSchedule
+from muscle_bayes.twin.plant.loads import LoadSchedule
 from muscle_bayes.twin.protocols import Protocol, Stage
 from muscle_bayes.twin.sensors import AngleSensor, RowClock, ThermocoupleMeter
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from muscle_bayes.twin.effects import Effect
-from muscle_bayes.twin.rig import Logger, Meter, Potentiometer
+from muscle_bayes.twin.plant.rig import Logger, Meter, Potentiometer
 
 _BLOCK = 1024
 FULL_SCALE = 1023

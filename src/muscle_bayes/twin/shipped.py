@@ -6,10 +6,10 @@ from pathlib import Path
 
 from muscle_bayes.twin import protocols
 from muscle_bayes.twin.effects import Effect, make_effect
-from muscle_bayes.twin.parameters import Truth
 from muscle_bayes.twin.plans import THESIS_MASSES
+from muscle_bayes.twin.plant.parameters import Truth
+from muscle_bayes.twin.plant.rig import Element, Fixture, Rig
 from muscle_bayes.twin.protocols import Protocol
-from muscle_bayes.twin.rig import Element, Fixture, Rig
 from muscle_bayes.twin.simulate import SimulatedRun, simulate
 from muscle_bayes.twin.storage import check_free, check_ours, save_runs
 

@@ -10,9 +10,9 @@ import pandas as pd
 from muscle_bayes.data import HEADER, Metadata
 from muscle_bayes.twin.bench import Bench
 from muscle_bayes.twin.metadata import describe
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.protocols import Protocol
 from muscle_bayes.twin.recording import Recording
-from muscle_bayes.twin.rig import Rig
 from muscle_bayes.twin.sensors import AngleSensor, RowClock, ThermocoupleMeter
 
 Seed = int | tuple[int, ...]

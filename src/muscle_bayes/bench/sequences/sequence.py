@@ -16,9 +16,9 @@ from pydantic import (
 from muscle_bayes.bench.heat.temperature_control import FULL_DUTY
 from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer
 from muscle_bayes.data import Load as LoadTable
-from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
-from muscle_bayes.data.mass import Mass
-from muscle_bayes.data.metadata import Protocol
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.describing.mass import Mass
+from muscle_bayes.data.describing.metadata import Protocol
 
 HOTTEST = 105.0
 """Highest setpoint that is taken, C."""

@@ -15,7 +15,7 @@ from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
 from muscle_bayes.bench.simulation.plant import Plant, TwinPlant
 from muscle_bayes.bench.simulation.processor import Processor
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.simulate import generators
 
 STEP: Final = 1e-3

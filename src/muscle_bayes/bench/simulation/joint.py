@@ -8,7 +8,7 @@ from typing import Final
 from muscle_bayes.bench.simulation.bench import SimulatedBench
 from muscle_bayes.bench.simulation.plant import TwinPlant
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 
 RESTED, REST_STEP = 900.0, 0.1
 """Time for which the muscles have been in the joint, and the steps in which it is simulated [s]."""

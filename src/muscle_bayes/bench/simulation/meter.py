@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from muscle_bayes.bench.meters.meter import REQUEST, format_answer
-from muscle_bayes.twin.rig import Meter
+from muscle_bayes.twin.plant.rig import Meter
 from muscle_bayes.twin.sensors import ThermocoupleMeter
 
 _BYTE_TIME = 11 / 19200

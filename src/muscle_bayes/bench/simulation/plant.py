@@ -5,7 +5,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from muscle_bayes.twin.bench import Bench
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.sensors import AngleSensor
 from muscle_bayes.twin.simulate import generators
 

@@ -20,8 +20,8 @@ from muscle_bayes.data import MuscleElement, NoElement, Potentiometer, SpringEle
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.metadata import describe
 from muscle_bayes.twin.overrides import override
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.protocols import Stage, free
-from muscle_bayes.twin.rig import Rig
 
 NOTES: Final = (
     "Synthetic: recorded from the real firmware in simavr with the simulator of this project as "

@@ -18,8 +18,8 @@ from muscle_bayes.bench.simulation.chips import BoardThermometers
 from muscle_bayes.bench.trials import lies
 from muscle_bayes.bench.trials.host import HeatingHost
 from muscle_bayes.bench.trials.lies import Shown
-from muscle_bayes.twin.heater import HeaterTube
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.heater import HeaterTube
+from muscle_bayes.twin.plant.rig import Rig
 
 HOTTEST: Final = 120.0
 """What no tube may exceed, C."""

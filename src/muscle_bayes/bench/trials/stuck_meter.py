@@ -16,8 +16,8 @@ from muscle_bayes.bench.heat.thermometry import FAR, HALF_POWER
 from muscle_bayes.bench.meters.meter import Reading
 from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.bench.trials.failures import ALLOWED
-from muscle_bayes.twin.heater import HeaterTube
-from muscle_bayes.twin.rig import Rig
+from muscle_bayes.twin.plant.heater import HeaterTube
+from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.sensors import ThermocoupleMeter
 
 LONGEST: Final = 60.0

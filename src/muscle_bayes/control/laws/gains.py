@@ -10,10 +10,10 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from muscle_bayes.control.laws.law import ENTRIES, Law, Numbers
 from muscle_bayes.control.plant.design import Design
-from muscle_bayes.data.elements import Finite, NonNegative, Table
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
+from muscle_bayes.data.describing.tables import _as_tuple
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.tables import _as_tuple
 from muscle_bayes.data.validation import explain
 from muscle_bayes.data.writer import toml_keys
 from muscle_bayes.errors import MuscleBayesError

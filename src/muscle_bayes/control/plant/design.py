@@ -6,9 +6,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from muscle_bayes.control.plant.sensors import Potentiometer, Thermocouples
 from muscle_bayes.data import Fixture, Metadata, RunError
-from muscle_bayes.data.elements import MuscleElement
+from muscle_bayes.data.describing.elements import MuscleElement
+from muscle_bayes.data.describing.tables import Potentiometer as PotentiometerTable
 from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.tables import Potentiometer as PotentiometerTable
 from muscle_bayes.data.validation import explain
 from muscle_bayes.inference.records.rig import rig
 from muscle_bayes.physics.plant import Plant

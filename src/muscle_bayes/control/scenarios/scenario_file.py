@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from muscle_bayes.control.scenarios.scenario import Scenario, course_of
-from muscle_bayes.data.elements import Finite, NonNegative, Table
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
+from muscle_bayes.data.describing.tables import _as_tuple
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.tables import _as_tuple
 from muscle_bayes.data.validation import explain
 
 LONGEST = 3600.0

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from muscle_bayes.data.describing.metadata import POWER_KINDS, Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import RawLog
-from muscle_bayes.data.metadata import POWER_KINDS, Metadata
 from muscle_bayes.data.reading.header import SaidUnit
 from muscle_bayes.data.units import (
     Kind,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.repairing.ledger import Ledger
 from muscle_bayes.data.sensor import sensor_of
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.repairing.ledger import MOST_FAULTY
 
 _CAUSES: tuple[tuple[str, str, str, str], ...] = (

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.guessing.layout import Layout, decimal_of, guess_layout
 from muscle_bayes.data.guessing.roles import Column, describe_columns
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.reading.frames import hdf5_rows, parquet_rows
 from muscle_bayes.data.reading.lvm import is_lvm, lvm_body
 from muscle_bayes.data.reading.text import split_lines

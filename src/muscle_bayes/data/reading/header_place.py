@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.columns import Columns
+from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.names import column_label
 from muscle_bayes.data.reading.cells import is_number
 from muscle_bayes.data.reading.header import SaidUnit, bare, is_units_row, unit_in_row

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.log import RawLog, assemble, parse_log
-from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.reading.frames import hdf5_rows, parquet_rows
 from muscle_bayes.data.reading.lvm import is_lvm, lvm_body
 

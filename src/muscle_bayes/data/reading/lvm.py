@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Final
 
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.reading.text import decode, split_lines
 
 _FIRST: Final = b"LabVIEW Measurement"

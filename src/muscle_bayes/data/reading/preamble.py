@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
-from muscle_bayes.data.columns import Columns
+from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.log_format import LogFormat
 from muscle_bayes.data.reading.cells import is_number
 from muscle_bayes.data.reading.rows import Row, parse_rows
 from muscle_bayes.data.repairing.ledger import Repair

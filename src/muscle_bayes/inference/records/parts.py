@@ -5,9 +5,9 @@ from functools import singledispatch
 import jax.numpy as jnp
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.data import elements as described
-from muscle_bayes.data import tables
-from muscle_bayes.data.metadata import Metadata
+from muscle_bayes.data.describing import elements as described
+from muscle_bayes.data.describing import tables
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.physics.actuators import (
     Actuator,
     CurrentDrive,

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.data.metadata import Measured, Metadata
+from muscle_bayes.data.describing.metadata import Measured, Metadata
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.physics.elements import Arm, Element, Instant, Muscle, NoElement

@@ -10,9 +10,9 @@ from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.elsewhere.example import Example
 from muscle_bayes.twin.elsewhere.motion import moved
-from muscle_bayes.twin.heater import HeaterTube
-from muscle_bayes.twin.parameters import MuscleParameters
-from muscle_bayes.twin.springs import Muscle
+from muscle_bayes.twin.plant.heater import HeaterTube
+from muscle_bayes.twin.plant.parameters import MuscleParameters
+from muscle_bayes.twin.plant.springs import Muscle
 
 HEAD = 'format = 1\nprotocol = "{protocol}"\norigin = "synthetic"\n\n[columns]\ntime = "time_s"\n'
 SPRING = '\n[element_a]\nkind = "spring"\nlinkage = "{linkage}"\n'

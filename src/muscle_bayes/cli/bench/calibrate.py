@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from muscle_bayes.cli.bench_options import (
+from muscle_bayes.cli.bench.bench_options import (
     PortOption,
     RigOption,
     SensorOption,

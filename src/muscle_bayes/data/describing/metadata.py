@@ -4,10 +4,16 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from muscle_bayes.data.columns import Columns
-from muscle_bayes.data.elements import ArmElement, Element, NoElement, SpringElement, Table
-from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.tables import (
+from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.elements import (
+    ArmElement,
+    Element,
+    NoElement,
+    SpringElement,
+    Table,
+)
+from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.tables import (
     Drive,
     Fixture,
     Heater,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from muscle_bayes.twin.checks import check_rig
-from muscle_bayes.twin.parameters import Truth
+from muscle_bayes.twin.plant.parameters import Truth
 
 ElementKind = Literal["muscle", "spring", "none"]
 

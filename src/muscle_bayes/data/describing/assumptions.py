@@ -6,10 +6,10 @@ from typing import Final
 
 from pydantic import BaseModel
 
-from muscle_bayes.data.elements import ArmElement
+from muscle_bayes.data.describing.elements import ArmElement
+from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import ZERO_UNCERTAINTY
-from muscle_bayes.data.tables import CONVERTER_BITS
 from muscle_bayes.data.units import COUNTS
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.bench_options import (
+from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
     RigOption,
@@ -184,7 +184,7 @@ def _simulated(
     from muscle_bayes.bench.simulation.recording import NOTES, rig_tables, simulated_devices
     from muscle_bayes.control.laws.gains import gains_header, read_gains
     from muscle_bayes.control.plant.design import Design
-    from muscle_bayes.twin.rig import Element
+    from muscle_bayes.twin.plant.rig import Element
 
     if gains is None:
         raise MuscleBayesError(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench_options import (
+from muscle_bayes.cli.bench.bench_options import (
     PortOption,
     SimulateOption,
     real_devices,

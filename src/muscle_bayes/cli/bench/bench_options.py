@@ -13,7 +13,7 @@ from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.devices import Devices
-    from muscle_bayes.twin.rig import Rig
+    from muscle_bayes.twin.plant.rig import Rig
 
 PortOption = Annotated[
     list[str] | None,
@@ -69,7 +69,7 @@ def real_devices(ports: list[str] | None, meter: str | None) -> "Devices":
 def simulated_rig(path: Path | None) -> "Rig":
     """The simulated bench's rig. Raises MuscleBayesError."""
     from muscle_bayes.twin.overrides import read_rig
-    from muscle_bayes.twin.rig import Rig
+    from muscle_bayes.twin.plant.rig import Rig
 
     return Rig() if path is None else read_rig(path, Rig())
 

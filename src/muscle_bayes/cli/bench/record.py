@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.bench_options import (
+from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
     RigOption,

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from muscle_bayes.cli.bench_options import (
+from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
     SensorOption,

@@ -7,9 +7,9 @@ import numpy as np
 
 from muscle_bayes.conventions import GRAVITY, SPRING_INTERCEPT, SPRING_MIN_LENGTH, SPRING_RATE
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin.linkage import Side
-from muscle_bayes.twin.rig import Element, Rig
-from muscle_bayes.twin.springs import ReferenceSpring
+from muscle_bayes.twin.plant.linkage import Side
+from muscle_bayes.twin.plant.rig import Element, Rig
+from muscle_bayes.twin.plant.springs import ReferenceSpring
 
 SPRING_ANCHOR_Y = 0.050
 """Height of the stator pin in spring tests, m: the spring stays above its least length."""

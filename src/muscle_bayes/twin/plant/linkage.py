@@ -2,7 +2,7 @@
 
 from math import cos, sin, sqrt
 
-from muscle_bayes.twin.springs import Puller
+from muscle_bayes.twin.plant.springs import Puller
 
 
 class Side:

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
-from muscle_bayes.data.elements import Finite, NonNegative, Positive, Table
-from muscle_bayes.data.log_format import LogFormat
-from muscle_bayes.data.mass import check_mass
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.mass import check_mass
 from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import examples, unit_of
 

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from muscle_bayes.conventions import SPRING_INTERCEPT, SPRING_MIN_LENGTH, SPRING_RATE
 from muscle_bayes.twin.effects import Effect
-from muscle_bayes.twin.parameters import MuscleParameters
+from muscle_bayes.twin.plant.parameters import MuscleParameters
 
 DAMPER_FLOOR = 1e-3
 """Least B_hyst, N s/m: eq. 17 falls through zero at T = -T_hyst_offset, which no damper does."""

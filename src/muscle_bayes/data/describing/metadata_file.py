@@ -4,9 +4,9 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.metadata import Metadata
 from muscle_bayes.data.validation import explain
 
 

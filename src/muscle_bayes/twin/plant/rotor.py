@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from math import ceil, inf
 
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.twin.linkage import Side
+from muscle_bayes.twin.plant.linkage import Side
 
 
 class Rotor:

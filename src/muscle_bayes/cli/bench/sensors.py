@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from muscle_bayes.cli.bench_options import PortOption, real_devices, signals_interrupt
+from muscle_bayes.cli.bench.bench_options import PortOption, real_devices, signals_interrupt
 
 
 def sensors(

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from muscle_bayes.data.elements import Positive, Table
+from muscle_bayes.data.describing.elements import Positive, Table
 
 SEPARATORS = {"tab": "\t", "space": " ", "semicolon": ";", "comma": ","}
 """Words that stand for a separator."""

@@ -1,0 +1,1 @@
+"""What a NAME.toml says of a run and its rig."""

@@ -1,0 +1,1 @@
+"""The simulated rig: its parts, and its parameters."""
