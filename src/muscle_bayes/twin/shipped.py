@@ -24,9 +24,8 @@ SPRING_RUNS = ((0.108, 0.050), (0.124, 0.050), (0.136, 0.055), (0.147, 0.055), (
 that the spring keeps above its least length and the rotor swings widely, clear of the stops."""
 
 
-HIDDEN = (make_effect("damper-law"),)
-"""What the muscle does besides equations 13 to 17: as the thesis' muscle, it drifts at room temperature,
-for HYST's damper follows another law of temperature."""
+HIDDEN = (make_effect("coil-contact", onset=0.015),)
+"""What the muscle does besides equations 13 to 17: as those of the thesis' muscle, its coils touch."""
 
 PLAIN = "plain"
 """Folder, in that of the shipped set, of the same runs with nothing hidden."""
@@ -120,9 +119,8 @@ about a real muscle. Each `NAME.toml` says `origin = "synthetic"`.
 {table}
 
 A run is `NAME.csv`, the log, and `NAME.toml`, what an experimenter would have written down.
-**An effect is hidden in the runs of the muscle**: as the thesis' muscle, it drifts at room temperature
-(`damper-law`). `muscle-bayes study` has to find it. The folder `plain` holds the same runs with nothing
-hidden.
+**An effect is hidden in the runs of the muscle**: as in the thesis, its coils touch (`coil-contact`).
+`muscle-bayes study` has to find it. The folder `plain` holds the same runs with nothing hidden.
 
 `truth.toml` holds the true parameters (Tables 1 and 2 of the thesis), each run's true sensor zero
 and its state at the first row. It is for judging an inference and is never read by one.
