@@ -86,7 +86,7 @@ def pareto_figure(curves: Mapping[str, TradeOff], limit: float) -> Figure:
     with quiet_style():
         fig = Figure(figsize=(WIDTH, 3.8))
         axis = fig.subplots()
-        for (law, curve), colour in zip(curves.items(), cycle(PALETTE), strict=False):
+        for (law, curve), colour in zip(curves.items(), cycle((*PALETTE, GREY)), strict=False):
             seen = np.isfinite(curve.speed[:, 1])
             middle = curve.speed[seen, 1]
             axis.plot(middle, curve.hot[seen], color=colour, marker="o", markersize=3, label=law)

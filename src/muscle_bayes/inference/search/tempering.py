@@ -20,6 +20,11 @@ EFFECTIVE_SHARE = 5.0
 """Readings per independent one while a shape is fitted."""
 
 
+LASTING = (1 / 16, 1 / 4, 1.0)
+"""Factors on the expected correlation time of a misfit that is taken for lasting. A model that is right but
+for a sudden jump, as a poured load makes, leaves a misfit that changes faster than a wrong one's."""
+
+
 class Misfit(NamedTuple):
     """A vector with each regime's noise set to its misfit."""
 
@@ -33,7 +38,7 @@ class Misfit(NamedTuple):
 
 @program
 def _misfit_of(
-    predicted: list[LanePrediction], vector: Array, layout: Layout, data: Data
+    predicted: list[LanePrediction], vector: Array, lasting_by: Array, layout: Layout, data: Data
 ) -> Misfit:
     values = constrain(vector, layout, data)
     white, lasting, ratio = dict(values), dict(values), jnp.zeros(())
@@ -49,7 +54,7 @@ def _misfit_of(
         ratio = jnp.maximum(ratio, misfit / typical["noise"].mean)
         for target, noise in (
             (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
-            (lasting, (typical["noise"].mean, misfit, time)),
+            (lasting, (typical["noise"].mean, misfit, lasting_by * time)),
         ):
             keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
             target.update(zip(keys, noise, strict=True))
@@ -57,11 +62,18 @@ def _misfit_of(
 
 
 def misfit_at(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
-    """The misfit of a vector, and the potential where it is taken for lasting (inf where unsolved)."""
+    """The misfit of a vector, and the potential where it is taken for lasting (inf where unsolved).
+
+    For as lasting as makes it likeliest, of `LASTING`.
+    """
     predicted = predictions_at(vector, layout, data)
-    misfit = _misfit_of(predicted, vector, layout, data)
-    level = float(potential_with(predicted, misfit.lasting, layout, data))
-    return misfit, level if np.isfinite(level) else np.inf
+
+    def taken(factor: float) -> tuple[Misfit, float]:
+        misfit = _misfit_of(predicted, vector, jnp.asarray(factor), layout, data)
+        level = float(potential_with(predicted, misfit.lasting, layout, data))
+        return misfit, level if np.isfinite(level) else np.inf
+
+    return min(map(taken, LASTING), key=lambda one: one[1])
 
 
 def entry_names(layout: Layout) -> list[str]:
