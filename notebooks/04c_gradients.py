@@ -35,8 +35,7 @@ heat = jnp.clip(60.0 - jnp.abs(seconds - 120.0), 0.0, 60.0)
 def angle(values, heat):
     plant = mb.plant_of(run, values)
     drive = mb.Schedule.sampled(seconds, 25.0 + heat, load=0.166)
-    begin = mb.initial_state(plant, drive)
-    motion = mb.simulate(plant, drive, begin, solver=mb.QuasiStatic())
+    motion = mb.simulate(plant, drive, mb.initial_state(plant, drive), solver=mb.QuasiStatic())
     return motion.ys.q  # type: ignore[union-attr]
 
 

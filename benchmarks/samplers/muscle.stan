@@ -165,7 +165,7 @@ data {
   int<lower=1> size_z;
   vector[size_z] mode;
   matrix[size_z, size_z] factor;
-  vector[size_z] location; // of the priors, normal in the unconstrained vector but for two
+  vector[size_z] location; // of the priors, normal in the unconstrained vector but for three
   vector[size_z] spread;
   vector<lower=0>[2] softening_prior;
 }
@@ -189,10 +189,12 @@ model {
   real correlation_time = exp(u[14]);
   vector[lanes] zero = segment(u, 15, lanes);
   vector[lanes] start = segment(u, 15 + lanes, lanes);
-  vector[lanes] force = exp(segment(u, 15 + 2 * lanes, lanes));
+  vector[lanes] lag = segment(u, 15 + 2 * lanes, lanes);
 
   // Lognormal quantities are normal in u.
-  target += normal_lpdf(u[1 : 3] | location[1 : 3], spread[1 : 3]);
+  target += normal_lpdf(u[1] | location[1], spread[1]);
+  target += cauchy_lpdf(exp(u[2]) | 0, spread[2]) + u[2]; // half-Cauchy: twice this, a constant
+  target += normal_lpdf(u[3] | location[3], spread[3]);
   target += normal_lpdf(contraction | 0, spread[4]) + u[4];
   target += normal_lpdf(u[5 : 10] | location[5 : 10], spread[5 : 10]);
   target += beta_lpdf(softening | softening_prior[1], softening_prior[2])
@@ -202,7 +204,7 @@ model {
   real resting = tensile_strain(tension, stiffness_hyst, F_hyst_min, eps);
   vector[lanes] hyst;
   for (lane in 1 : lanes) {
-    hyst[lane] = tensile_strain(force[lane], stiffness_hyst, F_hyst_min, eps);
+    hyst[lane] = fmax(resting + lag[lane], 0.1 * eps);
   }
 
   // Table 2's parameters.

@@ -56,7 +56,7 @@ def _priors(problem: Problem) -> dict[str, np.ndarray]:
         match prior:
             case dist.Normal() | dist.LogNormal():
                 column = prior.loc, prior.scale
-            case dist.HalfNormal():
+            case dist.HalfNormal() | dist.HalfCauchy():
                 column = 0.0, prior.scale
             case dist.Beta():
                 column = 0.0, 1.0

@@ -91,7 +91,7 @@ def test_files_that_are_linked_exist(path):
 
 def test_metadata_shown_is_taken():
     shown = blocks(DOCS / "run-format.md", "toml")
-    assert len(shown) == 3
+    assert len(shown) == 4
     for block in shown:
         Metadata.model_validate(tomllib.loads(block))
 

@@ -16,7 +16,7 @@ from muscle_bayes.inference.model.density import constrain, unconstrain
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.other_basins import with_other_basins
-from muscle_bayes.trial.cases import HELD_OUT, Case, data_set
+from muscle_bayes.trial.cases import HELD_OUT, Case, thesis_runs
 from muscle_bayes.twin import random_rig, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
 
@@ -83,7 +83,7 @@ def test_a_run_is_begun_as_the_others_are_where_that_is_seen() -> None:
 def test_where_a_held_rotor_begins_in_its_dead_band_is_found(tmp_path: Path) -> None:
     """The rotor of one run is held for 150 s: its zero is then told by how HYST begins, and descents
     end where that is 0.01 off and the zero 1.6 counts, 110 nat less likely."""
-    made = data_set(Case("none", (), 7))
+    made = thesis_runs(Case("none", (), 7, "thesis"))
     slow = {name: run for name, run in made.items() if not name.startswith("spring")}
     save_runs(tmp_path / "runs", slow)
     problem = pose(read_runs([tmp_path / "runs"]))

@@ -25,7 +25,7 @@ def signals(seed: int, count: int) -> Signals:
     """What effects may see, drawn at random."""
     generator = np.random.default_rng(seed)
     sizes = {"q": 1.0, "speed": 3.0, "load": 0.2, "strain": 0.1, "hyst": 0.05, "temperature": 90.0}
-    sizes |= {"room": 20.0, "tension": 5.0, "pull": 0.5}
+    sizes |= {"room": 20.0, "tension": 5.0, "pull": 0.5, "driving": 0.5}
     drawn = {key: jnp.asarray(generator.normal(size=count) * size) for key, size in sizes.items()}
     drawn["pull"] = jnp.abs(drawn["pull"])
     return Signals(**drawn, memory={})

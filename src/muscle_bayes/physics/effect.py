@@ -101,11 +101,11 @@ class Signals(NamedTuple):
     pull: Scalar
     """Sum of the magnitudes of the generalised forces of both elements, of the load and of what drives
     the rotor [N m or N]; zero on all ports but friction."""
-    memory: Mapping[str, Scalar]
-    """States of the muscle's effects with memory, by name."""
-    driving: Scalar | float = 0.0
+    driving: Scalar
     """Generalised force of the load and of what drives the rotor [N m or N]; zero on all ports but
     torque."""
+    memory: Mapping[str, Scalar]
+    """States of the muscle's effects with memory, by name."""
 
 
 class Effect(eqx.Module):

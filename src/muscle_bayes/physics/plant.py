@@ -145,7 +145,7 @@ class Plant(eqx.Module):
         """What effects on the torque, friction and reading ports see: muscle signals are side A's."""
         strain, none = self.side_a.strain(q), jnp.zeros_like(q)
         heat, memory = drive.temperature[0], self._recalled(0)
-        return Signals(q, speed, drive.load, strain, hyst[0], heat, none, none, none, memory)
+        return Signals(q, speed, drive.load, strain, hyst[0], heat, *4 * (none,), memory)
 
     def dry_friction(
         self, q: Scalar, speed: Scalar, hyst: Float[Array, "2"], drive: Drive

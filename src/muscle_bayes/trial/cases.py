@@ -133,11 +133,11 @@ def _protocols(rig: Rig, room: float) -> list[tuple[str, Rig, Protocol]]:
 
 def write_runs(case: Case, folder: Path) -> None:
     """The case's runs as files: a random rig, its effects hidden in random strength."""
-    rng = np.random.default_rng((case.seed, KINDS.index(case.kind), 7))
     if case.rig == "thesis":
-        for name, run in _thesis_runs(case, rng).items():
+        for name, run in thesis_runs(case).items():
             write_run(folder, name, run.log, run.metadata)
         return
+    rng = _random(case)
     other = RIGS[int(rng.integers(len(RIGS)))](rng)
     effects = [hidden_effect(name, other, _factor(rng)) for name in case.hidden]
     for name, (log, metadata) in other_runs(other, effects, rng).items():
@@ -145,7 +145,13 @@ def write_runs(case: Case, folder: Path) -> None:
         (folder / f"{name}.toml").write_text(metadata, encoding="utf-8")
 
 
-def _thesis_runs(case: Case, rng: np.random.Generator) -> dict[str, SimulatedRun]:
+def _random(case: Case) -> np.random.Generator:
+    return np.random.default_rng((case.seed, KINDS.index(case.kind), 7))
+
+
+def thesis_runs(case: Case) -> dict[str, SimulatedRun]:
+    """The runs of a case on the thesis' rig, by name."""
+    rng = _random(case)
     rig = random_rig(rng)
     effects = tuple(_effect(name, rng) for name in case.hidden)
     noise = float(np.exp(rng.uniform(np.log(0.25), np.log(0.8))))

@@ -33,7 +33,7 @@ class Muscle(Element):
         effective = room + self.heated_fraction * (now.temperature - room)  # eq. 11
         strain = self.strain(now.q)
         q, speed, hyst, _, load, memory = now
-        seen = Signals(q, speed, load, strain, hyst, effective, room + none, none, none, memory)
+        seen = Signals(q, speed, load, strain, hyst, effective, room + none, *3 * (none,), memory)
         return seen._replace(temperature=through_port(effects, "temperature", effective, seen))
 
     def signals(self, now: Instant, effects: tuple[Effect, ...]) -> Signals:
