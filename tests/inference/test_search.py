@@ -14,8 +14,10 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.nominal import without_runs
 from muscle_bayes.inference.model.density import constrain, unconstrain
 from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.other_basins import with_other_basins
+from muscle_bayes.inference.search.tempering import AS_EXPECTED, OR_SUDDEN, Lasting, misfit_at
 from muscle_bayes.trial.cases import HELD_OUT, Case, thesis_runs
 from muscle_bayes.twin import random_rig, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
@@ -77,6 +79,27 @@ def test_a_run_is_begun_as_the_others_are_where_that_is_seen() -> None:
     astray = jnp.full(3, usual).at[1].add(0.05)
     (mended,) = tried(astray)
     assert mended == pytest.approx(np.full(3, usual), abs=1e-8)
+
+
+@double_precision
+def test_a_sudden_jump_makes_no_wrong_shape_likelier() -> None:
+    """As a load's does after which the rotor stays elsewhere in its dead band until heat moves it."""
+    problem = pose(read_runs([DATA / "staircase-139g.csv"]))
+    (lanes,) = problem.data.lanes
+    jumped = (lanes.time > 400.0) & (lanes.time < 415.0) & (lanes.weight > 0)
+    there = lanes._replace(reading=lanes.reading + jnp.where(jumped, 20.0, 0.0))
+    data = problem.data._replace(lanes=(there,))
+    here = sampled(problem)
+
+    def levels(ways: tuple[Lasting, ...]) -> list[float]:
+        shapes = [here | {"contraction": here["contraction"] * factor} for factor in (1.0, 2.0)]
+        vectors = [unconstrain(one, problem.layout, data) for one in shapes]
+        return [misfit_at(one, problem.layout, data, ways)[1] for one in vectors]
+
+    right, wrong = levels(OR_SUDDEN)
+    assert right < wrong - 100.0
+    right, wrong = levels(AS_EXPECTED)
+    assert right > wrong + 1000.0
 
 
 @pytest.mark.slow

@@ -23,6 +23,10 @@ from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.search.least_squares import Row, least_squares
 from muscle_bayes.inference.search.other_basins import MINIMUM_FORCES, with_other_basins
 from muscle_bayes.inference.search.tempering import (
+    AS_EXPECTED,
+    OR_SUDDEN,
+    Lasting,
+    Misfit,
     entry_names,
     horizons,
     is_noise,
@@ -161,8 +165,8 @@ def _shaped(
     forces = np.flatnonzero(np.isin(names, MINIMUM_FORCES))
     vectors = list(starts)
 
-    def misfits(seen: Data) -> list:
-        return list(side_by_side(lambda v: misfit_at(v, layout, seen), vectors, workers))
+    def misfits(seen: Data, ways: Sequence[Lasting] = AS_EXPECTED) -> list[tuple[Misfit, float]]:
+        return list(side_by_side(lambda v: misfit_at(v, layout, seen, ways), vectors, workers))
 
     for count, share in enumerate((*shares, 1.0, 1.0, 1.0)):
         seen = up_to(share, layout, data)
@@ -170,7 +174,10 @@ def _shaped(
         held = np.concatenate([noise, forces]) if count == 0 else noise
         rows = _descended(tempered, layout, seen, list(held), 15, workers)
         vectors = [jnp.asarray(row.point) for row in rows]
-    return [_Shape(level, misfit.lasting, float(misfit.ratio)) for misfit, level in misfits(data)]
+    return [
+        _Shape(level, misfit.lasting, float(misfit.ratio))
+        for misfit, level in misfits(data, OR_SUDDEN)
+    ]
 
 
 def find_mode(

@@ -1,5 +1,6 @@
 """Noise taken for as large as the misfit, and a horizon that grows: what lets a descent begin far off."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -20,9 +21,19 @@ EFFECTIVE_SHARE = 5.0
 """Readings per independent one while a shape is fitted."""
 
 
-LASTING = (1 / 16, 1 / 4, 1.0)
-"""Factors on the expected correlation time of a misfit that is taken for lasting. A model that is right but
-for a sudden jump, as a poured load makes, leaves a misfit that changes faster than a wrong one's."""
+class Lasting(NamedTuple):
+    """How a misfit is taken for lasting."""
+
+    size: float = 1.0
+    """Standard deviation, in the misfit's RMS."""
+    time: float = 1.0
+    """Correlation time, in the expected one."""
+
+
+AS_EXPECTED = (Lasting(),)
+OR_SUDDEN = tuple(Lasting(size, time) for size in (1.0, 2.0) for time in (1 / 64, 1 / 16, 1 / 4, 1))
+"""A model that is right but for a sudden jump, as a poured load makes, leaves a misfit that changes faster
+than a wrong model's does, and is larger where it is."""
 
 
 class Misfit(NamedTuple):
@@ -38,7 +49,7 @@ class Misfit(NamedTuple):
 
 @program
 def _misfit_of(
-    predicted: list[LanePrediction], vector: Array, lasting_by: Array, layout: Layout, data: Data
+    predicted: list[LanePrediction], vector: Array, taken: Lasting, layout: Layout, data: Data
 ) -> Misfit:
     values = constrain(vector, layout, data)
     white, lasting, ratio = dict(values), dict(values), jnp.zeros(())
@@ -54,26 +65,29 @@ def _misfit_of(
         ratio = jnp.maximum(ratio, misfit / typical["noise"].mean)
         for target, noise in (
             (white, (misfit * jnp.sqrt(EFFECTIVE_SHARE * readings), 1e-3 * misfit, time)),
-            (lasting, (typical["noise"].mean, misfit, lasting_by * time)),
+            (lasting, (typical["noise"].mean, taken.size * misfit, taken.time * time)),
         ):
             keys = (f"{regime}.{key}" for key in NoiseParameters._fields)
             target.update(zip(keys, noise, strict=True))
     return Misfit(unconstrain(white, layout, data), unconstrain(lasting, layout, data), ratio)
 
 
-def misfit_at(vector: Array, layout: Layout, data: Data) -> tuple[Misfit, float]:
+def misfit_at(
+    vector: Array, layout: Layout, data: Data, ways: Sequence[Lasting] = AS_EXPECTED
+) -> tuple[Misfit, float]:
     """The misfit of a vector, and the potential where it is taken for lasting (inf where unsolved).
 
-    For as lasting as makes it likeliest, of `LASTING`.
+    Of several `ways` to take it, that which makes it likeliest.
     """
     predicted = predictions_at(vector, layout, data)
 
-    def taken(factor: float) -> tuple[Misfit, float]:
-        misfit = _misfit_of(predicted, vector, jnp.asarray(factor), layout, data)
+    def taken(way: Lasting) -> tuple[Misfit, float]:
+        as_arrays = Lasting(*map(jnp.asarray, way))
+        misfit = _misfit_of(predicted, vector, as_arrays, layout, data)
         level = float(potential_with(predicted, misfit.lasting, layout, data))
         return misfit, level if np.isfinite(level) else np.inf
 
-    return min(map(taken, LASTING), key=lambda one: one[1])
+    return min(map(taken, ways), key=lambda one: one[1])
 
 
 def entry_names(layout: Layout) -> list[str]:
