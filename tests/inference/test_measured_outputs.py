@@ -12,6 +12,7 @@ from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.summary import summarise
+from muscle_bayes.inference.records.record import fast_record
 
 HEAD = 'format = 1\nprotocol = "PROTOCOL"\norigin = "synthetic"\n[columns]\ntime = "t"\n'
 SPRING = '[fixture]\nmotion = "linear"\n[element_a]\nkind = "spring"\nlinkage = "straight"\n'
@@ -154,3 +155,18 @@ def test_a_spring_of_unknown_damping_pulls() -> None:
     about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n' + SPRING
     run = read({"t": TIME, "x": 0.05 * np.sin(2.0 * TIME)}, about + "rate = 300.0\n")
     assert pose([run]).scales.force == pytest.approx(300.0 * 0.05, rel=1e-2)
+
+
+def test_a_command_holds_until_the_next_row() -> None:
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n'
+    about += 'applied = "u"\napplied_unit = "N"\n{held}[fixture]\nmotion = "linear"\n'
+    about += '[element_a]\nkind = "none"\n'
+    time = np.arange(0.0, 2.0, 0.02)
+    columns = {"t": time, "x": 0.05 * np.sin(2.0 * time), "u": np.floor(10.0 * time)}
+    forces = [read(columns, about.format(held=line)) for line in ("", "applied_held = true\n")]
+    even, held = (fast_record(run).schedule for run in forces)
+    middles = 0.5 * (held.time[1:] + held.time[:-1])
+    row = np.searchsorted(time, middles) - 1
+    np.testing.assert_allclose(held.applied, columns["u"][row], atol=1e-9)
+    between = 0.5 * (columns["u"][row] + columns["u"][row + 1])
+    np.testing.assert_allclose(even.applied, between, atol=1e-9)

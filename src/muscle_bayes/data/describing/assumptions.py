@@ -225,6 +225,7 @@ ABSENT: Final[dict[str, _Said]] = {
         run.metadata.drive_unit.text if _names("applied")(run) else ""
     ),
     "Columns.applied_sign": _where(_names("applied"), "1"),
+    "Columns.applied_held": _where(_names("applied"), "no: it changes evenly from row to row"),
     "Columns.accept_units": "",
     "Load.unit": "kg",
     "MuscleElement.kind": "",

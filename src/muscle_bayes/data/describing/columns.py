@@ -74,6 +74,8 @@ class Columns(Table):
     """absent = N*m, or N where motion is linear"""
     applied_sign: Literal[1, -1] = 1
     """-1 where a positive drive pulls against the coordinate"""
+    applied_held: bool = False
+    """whether a value holds until the next row, as a command does"""
     accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_quantities)] = ()
     """columns whose unit is right although the header or the numbers speak against it"""
 

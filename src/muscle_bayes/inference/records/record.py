@@ -392,7 +392,10 @@ def fast_record(run: Run) -> Record:
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     # Each interval sees the mean of the force logged from one node to the next: its impulse.
-    impulse = np.concatenate([[0.0], np.cumsum(0.5 * (applied[1:] + applied[:-1]) * np.diff(time))])
+    columns = run.metadata.columns
+    held = columns is not None and columns.applied_held
+    between = applied[:-1] if held else 0.5 * (applied[1:] + applied[:-1])
+    impulse = np.concatenate([[0.0], np.cumsum(between * np.diff(time))])
     force = np.diff(np.interp(nodes, time, impulse)) / np.diff(nodes)
     temperature = np.stack(
         [np.interp(nodes, run.heat_time, run.table[f"temperature_{side}"]) for side in "ab"], 1
