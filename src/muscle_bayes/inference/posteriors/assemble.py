@@ -93,14 +93,14 @@ def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: in
     for name in sampled.data_vars:
         worst = float(rhat[name].max())
         if worst > MAX_RHAT:
-            apart = _apart(sampled[name]) if worst > SEVERAL_MODES else ""
+            apart = where_chains_are(sampled[name]) if worst > SEVERAL_MODES else ""
             found.append(f"R-hat of {name} is {worst:.4f}, over {MAX_RHAT}{apart}")
         if float(ess[name].min()) < min_ess:
             found.append(f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {min_ess}")
     return found
 
 
-def _apart(quantity: xr.DataArray) -> str:
+def where_chains_are(quantity: xr.DataArray) -> str:
     """Where each chain is, of a quantity on which they disagree."""
     means = np.asarray(quantity.mean("draw"))
     if means.ndim > 1:
