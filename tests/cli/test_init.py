@@ -282,3 +282,44 @@ def test_of_two_voltages_neither_is_taken(log):
     log.write_text("\n".join(["Time,Channel A,Channel B", "(ms),(mV),(V)", *rows]))
     result = init(log, "--no-ask")
     assert "'Channel A', 'Channel B'" in result.stderr
+
+
+CELLS = {
+    "tensile test": ("t_s,crosshead_mm,cell_g", [], ("imposed", "cell_g", "gf")),
+    "load cell under a changing load": ("t_s,x_mm,load_kg", [], ("imposed", "load_kg", "kgf")),
+    "held": ("t_s,Volume,Force [N]", ["--position", "none"], ("imposed", "Force [N]", "N")),
+}
+
+
+@pytest.mark.parametrize("kind", CELLS)
+def test_a_load_cell_shows_the_elements_tension(log, kind):
+    header, options, told = CELLS[kind]
+    rows = [f"{t / 1000},{x},{2 + 0.01 * x:.4f}" for t, x in zip(TIME, SWING, strict=True)]
+    log.write_text("\n".join([header, *rows]))
+    result = init(log, "--no-ask", "--element", "spring", *options)
+    assert result.exit_code == 0, result.output
+    about = read_run(log).metadata
+    assert (about.protocol, about.columns.force, about.columns.force_unit) == told
+
+
+def test_a_number_of_the_row_is_no_time(log):
+    rows = [f"{n},{u},{x}" for n, (u, x) in enumerate(zip(TIME % 3, SWING, strict=True))]
+    log.write_text("\n".join(["Sample,U_cmd [V],LVDT [um]", *rows]))
+    assert "--sample-rate" in init(log, "--no-ask").stderr
+    assert init(log, "--no-ask", "--sample-rate", "50").exit_code == 0
+    run = read_run(log)
+    assert run.duration == pytest.approx(5.98)
+    assert (run.metadata.columns.applied, run.metadata.columns.applied_unit) == ("U_cmd [V]", "V")
+
+
+def test_a_heater_and_a_thermometer_beside_it(log):
+    rows = [
+        f"{t / 1000},{x},{n % 2},30.5" for n, (t, x) in enumerate(zip(TIME, SWING, strict=True))
+    ]
+    log.write_text("\n".join(["t_s,Force_N,heater_W,TC_C", *rows]))
+    assert "none: held" in init(log, "--no-ask").stderr
+    options = ["--position", "none", "--element", "muscle 0.1"]
+    assert init(log, "--no-ask", *options).exit_code == 0
+    columns = read_run(log).metadata.columns
+    assert (columns.power_a, columns.power_unit) == ("heater_W", "W")
+    assert (columns.temperature_a, columns.force) == ("TC_C", "Force_N")

@@ -54,6 +54,13 @@ def test_force_and_position_are_both_explained() -> None:
     assert [run.unit for run in problem.runs] == ["m", "N"]
 
 
+def test_a_coasting_wheels_speed_is_its_first_reading() -> None:
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "w"\nposition_unit = "rad/s"\n'
+    run = read({"t": TIME, "w": 9.0 - 0.3 * TIME}, about + '[element_a]\nkind = "none"\n')
+    own = {name for name in pose([run]).sites if name.startswith("fast.")}
+    assert own - {"fast.noise", "fast.discrepancy", "fast.correlation_time"} == {"fast.start"}
+
+
 def test_a_held_element_needs_no_position() -> None:
     about = HEAD.replace("PROTOCOL", "imposed") + 'force = "f"\n' + SPRING
     run = read({"t": TIME, "f": 2.0 + 0.01 * np.sin(TIME)}, about)

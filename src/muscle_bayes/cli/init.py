@@ -34,7 +34,8 @@ def init(
         float | None, typer.Option(metavar="HZ", help="Rows per second, without a time column.")
     ] = None,
     position: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Measured position or velocity.")
+        str | None,
+        typer.Option(metavar="COLUMN", help="Measured position or velocity; none: held."),
     ] = None,
     position_unit: Annotated[
         str | None, typer.Option(metavar="UNIT", help="Its unit: counts, rad, deg, mm, rad/s, ...")

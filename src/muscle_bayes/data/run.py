@@ -101,6 +101,11 @@ class Run:
         """Whether a force was measured."""
         return bool(self.table["force"].notna().all())
 
+    def has_thermometer(self, side: str) -> bool:
+        """Whether the log has a column of a side's temperature."""
+        columns = self.metadata.columns
+        return columns is None or getattr(columns, f"temperature_{side}") is not None
+
     def of_force(self) -> "Run":
         """The run whose readings are the measured force, its coordinate imposed as logged.
 

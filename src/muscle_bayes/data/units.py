@@ -131,6 +131,15 @@ EXAMPLES: Final[dict[Kind, str]] = {
     "power": "W, mW",
 }
 """Units of each kind that messages may show."""
+SI_OF_DRIVE: Final[dict[Kind, str]] = {
+    "force": "N",
+    "torque": "N m",
+    "current": "A",
+    "voltage": "V",
+    "duty": "of whole duty",
+    "power": "W",
+}
+"""In what the table of a run holds what drives or heats it."""
 
 _POSITIONS: Final[dict[Motion, tuple[Kind, ...]]] = {
     "rotary": ("counts", "angle", "angular velocity"),

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from muscle_bayes.data import Run
+from muscle_bayes.data.units import SI_OF_DRIVE
 from muscle_bayes.report.bands import mark_origin
 from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
 
@@ -24,14 +25,19 @@ def run_figure(run: Run) -> Figure:
         run: as `read_runs` gives it.
 
     Returns:
-        A matplotlib figure: readings [the log's unit], temperature [C], load [kg], applied force.
+        A matplotlib figure: readings and forces [the log's units], temperature [C], load [g], heater, drive.
     """
-    panels: list[tuple[Callable[[Axes, Run], None], float]] = [(_position, 2.0)]
-    table = run.table
+    table, columns = run.table, run.metadata.columns
+    held = columns is not None and columns.position is None
+    panels: list[tuple[Callable[[Axes, Run], None], float]] = [] if held else [(_position, 2.0)]
+    if run.has_force:
+        panels.append((_force, 1.5))
     if any(np.ptp(table[f"temperature_{side}"]) > HEATED for side in "ab"):
         panels.append((_temperature, 1.5))
     if table["load"].nunique() > 1:  # a constant load is told in the title
         panels.append((_load, 0.8))
+    if table[["power_a", "power_b"]].to_numpy().any():
+        panels.append((_power, 1.2))
     if table["applied"].any():
         panels.append((_applied, 1.2))
     heights = [height for _, height in panels]
@@ -80,6 +86,8 @@ def _temperature(axis: Axes, run: Run) -> None:
     time = run.table["time"]
     rows = max(1, round(_MEDIAN_SPAN / float(np.median(np.diff(time)))))
     for side, colour in _SIDE_COLOURS.items():
+        if not run.has_thermometer(side):
+            continue
         reading, setpoint = run.table[f"temperature_{side}"], run.table[f"setpoint_{side}"]
         smooth = reading.rolling(rows, center=True, min_periods=1).median()
         axis.plot(time, reading, color=colour, linewidth=0.4, alpha=0.35)
@@ -104,10 +112,21 @@ def _load(axis: Axes, run: Run) -> None:
     axis.set_ylim(bottom=0)
 
 
+def _force(axis: Axes, run: Run) -> None:
+    axis.plot(run.table["time"], run.table["force"], color=BLACK, linewidth=0.9)
+    axis.set_ylabel(f"force [{run.metadata.force_unit}]")
+
+
+def _power(axis: Axes, run: Run) -> None:
+    for side, colour in _SIDE_COLOURS.items():
+        if run.metadata.is_heated_by_power(side):
+            axis.plot(run.table["time"], run.table[f"power_{side}"], color=colour, linewidth=0.8)
+    axis.set_ylabel(f"heater [{SI_OF_DRIVE[run.metadata.power_unit.kind]}]")
+
+
 def _applied(axis: Axes, run: Run) -> None:
-    linear = run.metadata.fixture.motion == "linear"
     axis.plot(run.table["time"], run.table["applied"], color=ORANGE, linewidth=0.8)
-    axis.set_ylabel("applied force [N]" if linear else "applied torque [N m]")
+    axis.set_ylabel(f"applied [{SI_OF_DRIVE[run.metadata.drive_unit.kind]}]")
 
 
 def _mark_gaps(axis: Axes, run: Run) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from muscle_bayes.data import Run
+from muscle_bayes.data.units import SI_OF_DRIVE
 
 
 def summarise(run: Run) -> dict[str, Any]:
@@ -33,14 +34,27 @@ def summarise(run: Run) -> dict[str, Any]:
             "zero": run.output_sensor.zero,
             "zero_uncertainty": run.output_sensor.zero_uncertainty,
             "measured": run.measured,
+            "held": metadata.columns is not None and metadata.columns.position is None,
             "coordinate_unit": ("m" if linear else "rad") + ("/s" if velocity else ""),
             "coordinate": _range(run.output),
         },
-        "temperature_c": {side: _range(table[f"temperature_{side}"].to_numpy()) for side in "ab"},
+        "force": _range(table["force"].to_numpy()) if run.has_force else None,
+        "force_unit": metadata.force_unit,
+        "temperature_c": {
+            side: _range(table[f"temperature_{side}"].to_numpy())
+            for side in "ab"
+            if run.has_thermometer(side)
+        },
+        "power": {
+            side: _range(table[f"power_{side}"].to_numpy())
+            for side in "ab"
+            if metadata.is_heated_by_power(side)
+        },
+        "power_unit": SI_OF_DRIVE[metadata.power_unit.kind],
         "load_kg": sorted(set(table["load"].tolist())),
         "load_steps_s": list(run.load_steps),
         "applied": _range(table["applied"].to_numpy()),
-        "applied_unit": "N" if linear else "N m",
+        "applied_unit": SI_OF_DRIVE[metadata.drive_unit.kind],
         "elements": {
             side: getattr(metadata, f"element_{side}").model_dump(exclude_none=True)
             for side in ("a", "b")
@@ -70,7 +84,9 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("gaps", "; ".join(f"{start:.2f} to {end:.2f} s" for start, end in gaps[:5])),
         ("more gaps", f"{len(gaps) - 5}" if len(gaps) > 5 else ""),
         (summary["position"]["measured"], _position(summary["position"])),
-        ("temperature", _temperatures(summary["temperature_c"])),
+        ("force", _between(summary["force"] or [0.0], summary["force_unit"])),
+        ("temperature", _sides(summary["temperature_c"], "{:.1f}", "C")),
+        ("heater", _sides(summary["power"], "{:.4g}", summary["power_unit"])),
         ("load", _loads(summary["load_kg"], summary["load_steps_s"])),
         ("applied", _between(summary["applied"], summary["applied_unit"])),
     ]
@@ -92,6 +108,8 @@ def _between(limits: list[float], unit: str) -> str:
 
 def _position(position: dict[str, Any]) -> str:
     low, high = position["coordinate"]
+    if position["held"]:
+        return f"held at {low:.4g} {position['coordinate_unit']}"
     si = position["coordinate_unit"]
     if si.startswith("m"):
         shown = (low * 1e3, high * 1e3, f"m{si}")
@@ -108,13 +126,12 @@ def _position(position: dict[str, Any]) -> str:
     )
 
 
-def _temperatures(sides: dict[str, list[float]]) -> str:
-    told = [
-        f"{side.upper()} {low:.1f} C"
-        if low == high
-        else f"{side.upper()} {low:.1f} to {high:.1f} C"
-        for side, (low, high) in sides.items()
-    ]
+def _sides(sides: dict[str, list[float]], number: str, unit: str) -> str:
+    """The range of each side."""
+    told = []
+    for side, limits in sides.items():
+        low, high = map(number.format, limits)
+        told.append(f"{side.upper()} {low if low == high else f'{low} to {high}'} {unit}")
     return "; ".join(told)
 
 

@@ -26,7 +26,7 @@ def runs(data: Numbers, roles: Mapping[str, str]) -> Table:
     rows = []
     for name, run in data.items():
         loads = ", ".join(f"{1e3 * load:.0f}" for load in _ends(run["load_kg"]))
-        heated = run["temperature_c"]["a"]
+        heated = run["temperature_c"].get("a", (0.0, 0.0))
         span = f"{heated[0]:.0f} to {heated[1]:.0f}" if heated[1] - heated[0] > 2.0 else "room"
         repairs = sum(repair["count"] for repair in run["repairs"])
         rows.append(

@@ -55,6 +55,13 @@ def _has_muscle(run: Run) -> bool:
     return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
 
 
+def _has_thermometer(run: Run) -> bool:
+    """Whether a muscle's temperature is taken from a thermometer."""
+    about = run.metadata
+    muscles = [side for side in "ab" if getattr(about, f"element_{side}").kind == "muscle"]
+    return any(run.has_thermometer(s) and not about.is_heated_by_power(s) for s in muscles)
+
+
 def _temperature(run: Run, side: str) -> str:
     if getattr(run.metadata, f"element_{side}").kind != "muscle":
         return ""
@@ -132,8 +139,10 @@ def _hanging(run: Run, prefix: str) -> str:
 
 
 def _drive(run: Run, prefix: str) -> str:
-    motor = run.metadata.drive_unit.kind not in ("force", "torque")
-    return f"gain and offset {ESTIMATED}" if motor else ""
+    kind = run.metadata.drive_unit.kind
+    if kind in ("force", "torque"):
+        return ""
+    return f"gain{', back_emf' if kind != 'current' else ''} and offset {ESTIMATED}"
 
 
 def _heater(run: Run, side: str) -> str:
@@ -153,7 +162,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Metadata.notes": "",
     "Metadata.fixture": "",
     "Metadata.potentiometer": "",
-    "Metadata.thermometer": _where(_has_muscle, "its delay is estimated, 0 +- 1 s"),
+    "Metadata.thermometer": _where(_has_thermometer, "its delay is estimated, 0 +- 1 s"),
     "Metadata.thermometer_log": "",
     "Metadata.columns": "the fixture's own header",
     "Metadata.log": "",
@@ -161,7 +170,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Metadata.load": _where(lambda run: not run.metadata.has_load, "nothing hangs on the rig"),
     "Metadata.drive": _drive,
     "Fixture.motion": "rotary",
-    "Fixture.inertia": "estimated (J)",
+    "Fixture.inertia": _where(lambda run: run.metadata.protocol != "imposed", "estimated (J)"),
     "Fixture.rotor_radius_a": "",
     "Fixture.anchor_x_a": "",
     "Fixture.anchor_y_a": "",

@@ -58,8 +58,15 @@ def time_column(guess: Guess, answers: Answers) -> Column | None:
     return _named(guess, answers.time, "time")
 
 
+def is_held(answers: Answers) -> bool:
+    """Whether nothing moves: a force is measured."""
+    return answers.position == "none"
+
+
 def position_column(guess: Guess, answers: Answers) -> Column | None:
     """The measured column, as answered or guessed; None where several may be it."""
+    if is_held(answers):
+        return None
     if answers.position is not None:
         return _named(guess, answers.position, "position")
     time = time_column(guess, answers)
@@ -70,8 +77,10 @@ def position_column(guess: Guess, answers: Answers) -> Column | None:
     return candidates[0] if len(candidates) == 1 else None
 
 
-def position_unit(column: Column, answers: Answers) -> Unit | None:
-    """Unit of the measured column, as answered or said by the log. Raises RunError."""
+def position_unit(column: Column | None, answers: Answers) -> Unit | None:
+    """Unit of the measured column, as answered or said by the log; m where none is. Raises RunError."""
+    if column is None:
+        return unit_of("m", POSITIONS)
     if answers.position_unit is not None:
         unit = unit_of(answers.position_unit, POSITIONS)
         if unit is None:
@@ -96,11 +105,15 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
             "No column rises as a time does. Rows per second, if they are evenly spaced",
         )
     position = position_column(guess, answers)
-    if position is None:
+    if position is None and not is_held(answers):
         choices = ", ".join(_shown(column) for column in guess.columns if column is not time)
-        return Question("position", f"Column of the measured position or velocity ({choices})")
+        held = "; none: held, a force is measured" if guess.likely("force") else ""
+        return Question(
+            "position", f"Column of the measured position or velocity ({choices}{held})"
+        )
     unit = position_unit(position, answers)
     if unit is None:
+        assert position is not None, "what is held is in metres"
         return Question(
             "position_unit",
             f"Unit of {_shown(position)} ({examples(POSITIONS)})",
@@ -130,7 +143,8 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
             "Fix: leave --load out, then add [load] and fixture.disc_radius to the metadata."
         )
     moved = linear and kind in ("spring", "muscle")
-    if answers.load is None and moved and not guess.likely("load"):
+    told = guess.likely("load", "force")
+    if answers.load is None and moved and not told and not is_held(answers):
         return Question("load", "Mass that hangs on it, kg", "0")
     return None
 

@@ -34,7 +34,6 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
     draft = Draft()
     draft.log = [Entry(key, value, _WHY.get(key, "")) for key, value in guess.layout.keys.items()]
     time, position = time_column(guess, answers), position_column(guess, answers)
-    assert position is not None, "asked for before"
     unit = position_unit(position, answers)
     assert unit is not None, "asked for before"
     if time is None:
@@ -49,19 +48,22 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
             why = "as answered" if answers.time_unit else "the log says so"
             why = why if said_unit else "taken, the log says none"
             draft.columns.append(Entry("time_unit", said_unit or "s", why))
-    draft.columns.append(Entry("position", position.reference, _range(position)))
-    why = "as answered" if answers.position_unit else "the log says so"
-    draft.columns.append(Entry("position_unit", answers.position_unit or unit.text, why))
-    _add_others(draft, guess, answers, {id(time), id(position)}, unit.kind)
-    _add_drive(draft, guess, {id(time), id(position)}, (answers.element or "").startswith("muscle"))
+    if position is not None:
+        draft.columns.append(Entry("position", position.reference, _range(position)))
+        why = "as answered" if answers.position_unit else "the log says so"
+        draft.columns.append(Entry("position_unit", answers.position_unit or unit.text, why))
+    used = {id(time), id(position)}
+    _add_others(draft, guess, answers, used, unit.kind)
+    _add_force(draft, guess, answers, used)
+    _add_drive(draft, guess, used, (answers.element or "").startswith("muscle"))
     named = {entry.value for entry in draft.columns}
     others = (
         column
         for column in guess.columns
         if column.reference not in named and np.isfinite(column.values).any()
     )
-    draft.unused = [f"{column.reference!r}, {_range(column)}" for column in others]
-    if unit.kind == "counts":
+    draft.unused = [f"{column.reference!r}, {_range(column)}{_serves(column)}" for column in others]
+    if unit.kind == "counts" and position is not None:
         draft.potentiometer = [
             Entry("zero_reading", float(answers.zero_reading or 0.0), "counts, as answered"),
             Entry("radians_per_count", float(answers.radians_per_count or 0.0), "as answered"),
@@ -82,7 +84,7 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
 
 
 def _accepted(
-    time: Column | None, position: Column, unit: Unit, answers: Answers
+    time: Column | None, position: Column | None, unit: Unit, answers: Answers
 ) -> tuple[str, ...]:
     """Columns whose unit was answered although the log says another."""
     columns = []
@@ -90,7 +92,7 @@ def _accepted(
         stated = unit_of(answers.time_unit, ("time",))
         if stated and any(contradicts(said, stated, ("time",)) for said in time.said):
             columns.append("time")
-    if answers.position_unit is not None:
+    if answers.position_unit is not None and position is not None:
         kinds = position_kinds("linear" if unit.kind in ("length", "velocity") else "rotary")
         if any(contradicts(said, unit, kinds) for said in position.said):
             columns.append("position")
@@ -113,11 +115,12 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
             Entry("temperature_unit", said or "degC", why if said else "taken, the log says none")
         )
     fits = "force" if linear else "torque"
-    for key, name, usual in (
-        ("load", "mass", "kg"),
-        ("applied", fits, "N" if linear else "N*m"),
+    pulls = () if measures_force(answers) else ("force",)
+    for key, roles, name, usual in (
+        ("load", ("load",), "mass", "kg"),
+        ("applied", ("applied", *pulls), fits, "N" if linear else "N*m"),
     ):
-        columns = [c for c in guess.likely(key) if id(c) not in used]
+        columns = [c for c in guess.likely(*roles) if id(c) not in used]
         columns = [c for c in columns if c.unit is None or c.unit.kind == name]
         if key == "load" and not linear:
             columns = []  # it needs the disc's radius, which the log does not tell
@@ -129,13 +132,48 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
             draft.columns.append(Entry(f"{key}_unit", text, why))
 
 
+def measures_force(answers: Answers) -> bool:
+    """Whether a force in the log is the element's tension: what pulls on nothing is what drives."""
+    return (answers.element or "none").split()[0] in ("spring", "muscle")
+
+
+def _add_force(draft: Draft, guess: Guess, answers: Answers, used: set[int]) -> None:
+    """What a load cell shows. Where nothing else drives, the motion is taken for imposed."""
+    columns = [c for c in guess.likely("force") if id(c) not in used]
+    if len(columns) != 1 or not measures_force(answers):
+        return
+    (column,) = columns
+    text = "N" if column.unit is None else column.unit.text
+    if column.unit is not None and column.unit.kind == "mass":
+        text = {"g": "gf", "kg": "kgf", "lb": "lbf"}.get(text, text)
+    why = f"tension of element_a; {_range(column)}; if it drives the rig: applied"
+    draft.columns.append(Entry("force", column.reference, why))
+    told = "taken, the log says none" if column.unit is None else "the log says so"
+    draft.columns.append(Entry("force_unit", text, told))
+    if not {entry.key for entry in draft.columns} & {"load", "applied"} and not answers.load:
+        why = "the motion is as logged, the force is explained; free: both are"
+        draft.protocol = Entry("protocol", "imposed", why)
+
+
+def _serves(column: Column) -> str:
+    """For what a column may serve that nothing chose."""
+    return (
+        "; may be applied (what drives) or power_a (what heats)" if column.likely == "drive" else ""
+    )
+
+
 def _add_drive(draft: Draft, guess: Guess, used: set[int], has_muscle: bool) -> None:
-    """What is electric: of a muscle that no thermometer watches, the heater's; else a motor's."""
+    """What is electric: of a muscle that no thermometer watches, the heater's; else a motor's.
+
+    A power heats a muscle whatever watches it.
+    """
     keys = {entry.key for entry in draft.columns}
-    heats = has_muscle and "temperature_a" not in keys
+    columns = [c for c in guess.likely("drive") if c.changes and id(c) not in used]
+    power = [c for c in columns if c.unit is not None and c.unit.kind == "power"]
+    heats = has_muscle and ("temperature_a" not in keys or len(power) == 1)
+    columns = power if heats and len(power) == 1 else columns
     if not heats and "applied" in keys:
         return
-    columns = [c for c in guess.likely("drive") if c.changes and id(c) not in used]
     units = [c.unit or _electric(c) for c in columns]
     fits = [
         (column, unit)

@@ -53,8 +53,13 @@ class Guess:
         if named:
             return named
         # A voltage may be what drives, or what a sensor shows.
-        others = (c for c in self.columns if c is not time and c.likely in ("", "drive"))
-        return [column for column in others if column.changes]
+        shown = [
+            c
+            for c in self.columns
+            if c.likely == "drive" and (not c.unit or c.unit.kind == "voltage")
+        ]
+        others = [c for c in self.columns if not c.likely or c in shown]
+        return [column for column in others if column.changes and column is not time]
 
     def facts(self) -> dict[str, Any]:
         """What was found, for JSON."""

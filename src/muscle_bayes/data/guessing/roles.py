@@ -17,10 +17,21 @@ _NAMES: Final[tuple[tuple[str, str], ...]] = (
         r"t|t_(s|sec|ms|us|min)|time\w*|timestamp|zeit|temps|tiempo|elapsed\w*|clock|date\w*|seconds|millis",
     ),
     ("temperature_b", r"(ambient|room|raum|air)\w*"),
-    ("temperature_a", r"temp\w*|t\d|.*temperatur\w*|.*muscle.*_c|celsius|heat\w*|t_\w+"),
-    ("applied", r"(applied|drive\w*|motor)?_?(torque|force|kraft|drehmoment|tau)\w*"),
+    (
+        "temperature_a",
+        r"temp\w*|t\d|.*temperatur\w*|celsius|heat\w*|.*muscle.*_c|t_\w+|tc\d*|thermo\w*|pt100\d*|ntc\d*",
+    ),
+    (
+        "applied",
+        r"(applied|drive\w*|motor)?_?(torque|drehmoment|tau)\w*|(applied|drive\w*|motor)_?(force|kraft)\w*",
+    ),
+    ("force", r"(.*_)?(force|kraft|tension|pull|(load_?)?cell|kraftdose)\w*"),
     ("load", r"load\w*|mass\w*|weight|masse|last"),
-    ("drive", r"(.*_)?(current|strom|voltage|spannung|pwm|duty)\w*"),
+    ("drive", r"(.*_)?(current|strom|voltage|spannung|pwm|duty|power|leistung|heater)\w*"),
+    (
+        "index",
+        r"(n|nr|no|idx|index|sample|row|record|frame|line)(_?(n|nr|no|num|number|index|id))?",
+    ),
     (
         "position",
         r"(.*_)?(pos\w*|angle\w*|angular_position|winkel\w*|theta\w*|phi|x|y|q|disp\w*|weg|hoehe"
@@ -33,6 +44,7 @@ _KINDS: Final[dict[str, tuple[Kind, ...]]] = {
     "temperature_a": ("temperature",),
     "temperature_b": ("temperature",),
     "applied": ("force", "torque"),
+    "force": ("force", "torque", "mass"),
     "drive": ("current", "voltage", "duty", "power"),
     "load": ("mass",),
     "position": ("angle", "length"),
@@ -46,7 +58,7 @@ _ROLE_OF: Final[dict[Kind, str]] = {
     "velocity": "velocity",
     "temperature": "temperature_a",
     "mass": "load",
-    "force": "applied",
+    "force": "force",
     "torque": "applied",
     "current": "drive",
     "voltage": "drive",
@@ -61,6 +73,10 @@ _PLAIN_SUFFIXES: Final = frozenset(
     if len(text) > 1
 ) | {"volt", "volts", "amp", "amps", "watt", "watts"}
 """Units that the end of any name may say, as laser_um does."""
+_LETTERS: Final = {"V": False, "W": False, "A": True, "N": True}
+"""Units of one letter, and whether only brackets or a units row make one of it: coil A may be side A."""
+_WEIGHTS: Final = 20
+"""A load of more different values than this was measured by a cell: weights are hung and taken off."""
 
 
 @dataclass
@@ -76,7 +92,7 @@ class Column:
     clock: str
     """how it reads as a time"""
     likely: str
-    """what it seems to hold: a name of _NAMES, or nothing"""
+    """what it seems to hold: a name of _NAMES (index: it numbers the rows), or nothing"""
     unit: Unit | None
     """what its name or the units row says"""
     said: list[SaidUnit]
@@ -119,6 +135,8 @@ def describe_columns(
             steps = np.diff(good)
         if times.kind != "number":
             likely, unit = "time", None
+        if likely == "load" and np.unique(good).size > _WEIGHTS:
+            likely = "force"
         columns.append(
             Column(
                 at + 1,
@@ -138,20 +156,28 @@ def describe_columns(
 def _role(name: str, said: list[SaidUnit]) -> tuple[str, Unit | None]:
     short = re.sub(r"[^a-z0-9]+", "_", without_unit(name).lower()).strip("_")
     roles = [role for role, pattern in _NAMES if re.fullmatch(pattern, short)]
-    if without_unit(name) == "T":  # t is the time, T the temperature
+    # t is the time, T the temperature; and chamber_C is one
+    if without_unit(name) == "T" or re.fullmatch(r"\w+[_ ](deg)?C", name):
         roles = ["temperature_a"]
     for role in roles:
         for one in said:
-            if (unit := meant_unit(one, _KINDS[role])) is not None:
+            unit = meant_unit(one, _KINDS.get(role, ())) or _letter(one)
+            if unit is not None and unit.kind in _KINDS.get(role, ()):
                 return role, unit
     for one in said:
         if not one.sure and one.text not in _PLAIN_SUFFIXES:
             continue
-        unit = any_unit(one.text)
-        if unit is not None and unit.kind in _ROLE_OF and len(one.text) > 1:
+        unit = any_unit(one.text) if len(one.text) > 1 else _letter(one)
+        if unit is not None and unit.kind in _ROLE_OF:
             return _ROLE_OF[unit.kind], unit
     if not roles and len(name) > 1:  # a column that goes by its unit alone: ms, deg
         for role, kinds in _KINDS.items():
             if (unit := unit_of(name, kinds)) is not None:
                 return role, unit
     return (roles[0] if roles else ""), None
+
+
+def _letter(said: SaidUnit) -> Unit | None:
+    """The unit of one letter that is said."""
+    needs_sure = _LETTERS.get(said.text)
+    return None if needs_sure is None or needs_sure > said.sure else any_unit(said.text)

@@ -8,7 +8,7 @@ from muscle_bayes.data.writer import toml_value
 _STOPS = "# stops = [-1.2, 1.2]  # endstops, rad or m; without this line there are none"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Entry:
     """One key of a table, with the reason for it."""
 
@@ -21,6 +21,9 @@ class Entry:
 class Draft:
     """Tables of a NAME.toml under way."""
 
+    protocol: Entry = Entry(
+        "protocol", "free", "spring (released from rest) | staircase | sawtooth | imposed | free"
+    )
     log: list[Entry] = field(default_factory=list)
     columns: list[Entry] = field(default_factory=list)
     potentiometer: list[Entry] = field(default_factory=list)
@@ -36,7 +39,7 @@ class Draft:
             f"# Written by `muscle-bayes init` from {log}. Check every line.",
             "",
             "format = 1",
-            'protocol = "free"  # spring (released from rest) | staircase | sawtooth | free',
+            _line(self.protocol),
             'origin = "measured"',
             "",
         ]

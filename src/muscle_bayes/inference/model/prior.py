@@ -175,8 +175,9 @@ def run_sites(
         first = np.array([record.start_reading for record in records])
         spread = np.sqrt(level**2 + quantum**2 / 12.0)
         sites["start"] = Site(dist.Normal(first, spread), runs[0].unit, "reading at the first row")
-    if runs[0].measured == "velocity" and any(restores(run) for run in runs):
-        sites["place"] = _unmeasured_place(runs, records)
+    if runs[0].measured == "velocity":
+        if any(restores(run) for run in runs):
+            sites["place"] = _unmeasured_place(runs, records)
     elif regime == "fast" and any(run.metadata.protocol != "spring" for run in runs):
         slope = np.array([record.start_speed for record in records])
         loose = np.abs(slope) + 10.0 * spread

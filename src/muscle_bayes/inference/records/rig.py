@@ -109,16 +109,10 @@ def outputs_of(run: Run) -> tuple[Run, ...]:
     if run.imposed is not None:
         return (run,)
     force = (run.of_force(),) if run.has_force else ()
-    heat = tuple(run.of_temperature(side) for side in SIDES if _has_thermometer(run, side))
+    powered = [side for side in SIDES if run.metadata.is_heated_by_power(side)]
+    heat = tuple(run.of_temperature(side) for side in powered if run.has_thermometer(side))
     moves = () if run.metadata.protocol == "imposed" and force else (run,)
     return (*moves, *force, *heat)
-
-
-def _has_thermometer(run: Run, side: str) -> bool:
-    """Whether a thermometer shows the temperature of a side that power heats."""
-    columns = run.metadata.columns
-    powered = columns is not None and run.metadata.is_heated_by_power(side)
-    return powered and getattr(columns, f"temperature_{side}") is not None
 
 
 def output_of(run: Run) -> Output:
