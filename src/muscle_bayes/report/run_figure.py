@@ -25,7 +25,7 @@ def run_figure(run: Run) -> Figure:
         run: as `read_runs` gives it.
 
     Returns:
-        A matplotlib figure: readings and forces [the log's units], temperature [C], load [g], heater, drive.
+        A matplotlib figure: readings and forces [the log's units], temperature, load, heater, drive.
     """
     table, columns = run.table, run.metadata.columns
     held = columns is not None and columns.position is None
