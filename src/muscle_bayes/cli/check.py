@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
+from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FittedArgument,
@@ -31,7 +31,7 @@ def check(
     runs: RunsArgument,
     json: JsonOption = None,
     out: FolderOption = _FIGURES,
-    device: DeviceOption = Device.cpu,
+    device: DeviceOption = "cpu",
     seed: SeedOption = 0,
 ) -> None:
     """Predict RUN..., fitted or not, and measure how well the predictions agree with the readings.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, compute_on
+from muscle_bayes.cli.bench.device import compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
@@ -31,7 +31,7 @@ def demo(
         muscle-bayes demo
         muscle-bayes demo --out reports/demo --json demo.json
     """
-    compute_on(Device.cpu)
+    compute_on("cpu")
     from muscle_bayes.criticism.coverage import check_run
     from muscle_bayes.examples import load_example
     from muscle_bayes.inference.posteriors.predictive import predict_runs

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
+from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
@@ -14,12 +14,7 @@ from muscle_bayes.cli.common import (
     SeedOption,
     write_json,
 )
-from muscle_bayes.cli.fit import (
-    EffectOption,
-    FrictionChoice,
-    FrictionOption,
-    Preset,
-)
+from muscle_bayes.cli.fit import EffectOption, FrictionOption, Preset
 
 if TYPE_CHECKING:
     from muscle_bayes.discovery.result import Discovery
@@ -32,7 +27,7 @@ def discover(
         list[str] | None,
         typer.Option(metavar="NAME", help="Only predict this run; may be repeated."),
     ] = None,
-    friction: FrictionOption = FrictionChoice.coulomb,
+    friction: FrictionOption = "coulomb",
     effect: EffectOption = None,
     budget: Annotated[
         float | None,
@@ -49,10 +44,10 @@ def discover(
             "Of a sensor finer than its noise: in standard deviations of a reading.",
         ),
     ] = 0.25,
-    preset: Annotated[Preset, typer.Option(help="How long the final posterior is sampled.")] = (
-        Preset.quick
-    ),
-    device: DeviceOption = Device.cpu,
+    preset: Annotated[
+        Preset, typer.Option(help="How long the final posterior is sampled.")
+    ] = "quick",
+    device: DeviceOption = "cpu",
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -85,7 +80,7 @@ def discover(
         found = search(
             loaded,
             hold_out=held,
-            friction=friction.value,
+            friction=friction,
             effects=tuple(effect or ()),
             seed=seed,
             report=report,
@@ -105,9 +100,9 @@ def discover(
     with shown_progress() as report:
         posterior = fit(
             [run for run in loaded if run.name not in held],
-            friction.value,
+            friction,
             found.effects,
-            effort=EFFORTS[preset.value],
+            effort=EFFORTS[preset],
             seed=seed,
             report=report,
         )

@@ -1,13 +1,12 @@
 """`muscle-bayes fit`: a posterior from runs."""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
+from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     JsonOption,
@@ -18,35 +17,19 @@ from muscle_bayes.cli.common import (
     write_json,
 )
 
-
-class FrictionChoice(StrEnum):
-    """Friction laws."""
-
-    coulomb = "coulomb"
-    linear = "linear"
-
-
 FrictionOption = Annotated[
-    FrictionChoice,
+    Literal["coulomb", "linear"],
     typer.Option("--friction", help="Dry friction that sticks, or friction per speed."),
 ]
 EffectOption = Annotated[
     list[str] | None,
     typer.Option("--effect", metavar="NAME", help="Add this effect to the model; may be repeated."),
 ]
-
-
 GivenOption = Annotated[
     Path | None,
     typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
 ]
-
-
-class Preset(StrEnum):
-    """How long to sample."""
-
-    quick = "quick"
-    full = "full"
+Preset = Literal["quick", "full"]
 
 
 def fit(
@@ -57,7 +40,7 @@ def fit(
             metavar="POSTERIOR.nc", callback=writable_file, help="Where the posterior goes."
         ),
     ],
-    friction: FrictionOption = FrictionChoice.coulomb,
+    friction: FrictionOption = "coulomb",
     effect: EffectOption = None,
     given: GivenOption = None,
     until: Annotated[
@@ -70,8 +53,8 @@ def fit(
             help="Also fit runs that broke off and were recorded again (NAME-again).",
         ),
     ] = False,
-    preset: Annotated[Preset, typer.Option(help="How long to sample.")] = Preset.full,
-    device: DeviceOption = Device.cpu,
+    preset: Annotated[Preset, typer.Option(help="How long to sample.")] = "full",
+    device: DeviceOption = "cpu",
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -108,9 +91,9 @@ def fit(
     with shown_progress() as report:
         posterior = fit_runs(
             loaded,
-            friction.value,
+            friction,
             tuple(effect or ()),
-            effort=EFFORTS[preset.value],
+            effort=EFFORTS[preset],
             given=known,
             seed=seed,
             report=report,

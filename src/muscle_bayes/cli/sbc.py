@@ -14,7 +14,7 @@ from muscle_bayes.cli.common import (
     WorkersOption,
     write_json,
 )
-from muscle_bayes.cli.fit import EffectOption, FrictionChoice, FrictionOption, GivenOption
+from muscle_bayes.cli.fit import EffectOption, FrictionOption, GivenOption
 
 if TYPE_CHECKING:
     from muscle_bayes.criticism.replicates import Template
@@ -47,7 +47,7 @@ def sbc(
     ],
     out: FolderOption = Path("reports/sbc"),
     sets: Annotated[int, typer.Option(min=20, help="Number of data sets.")] = 200,
-    friction: FrictionOption = FrictionChoice.coulomb,
+    friction: FrictionOption = "coulomb",
     effect: EffectOption = None,
     given: GivenOption = None,
     measured: Annotated[
@@ -85,7 +85,7 @@ def sbc(
 
     paths = tuple(path.resolve() for path in runs)
     fixture = None if given is None else given.resolve()
-    template = Template(paths, friction.value, tuple(effect or ()), fixture)
+    template = Template(paths, friction, tuple(effect or ()), fixture)
     with shown_progress() as report:
         known = _measured(template, seed, out) if measured else None
         results = run_tasks(

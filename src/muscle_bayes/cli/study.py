@@ -27,8 +27,8 @@ def study(
         ),
     ] = None,
     out: FolderOption = Path("reports"),
-    preset: Annotated[Preset, typer.Option(help="How long to compute.")] = Preset.full,
-    device: DeviceOption = Device.cpu,
+    preset: Annotated[Preset, typer.Option(help="How long to compute.")] = "full",
+    device: DeviceOption = "cpu",
     json: JsonOption = None,
     seed: Annotated[
         int | None,
@@ -50,7 +50,7 @@ def study(
     from muscle_bayes.study.pipeline import run_stages
     from muscle_bayes.study.stages import all_stages
 
-    if device is not Device.cpu:
+    if device != "cpu":
         compute_on(device)
     plan = _plan(runs, config, out, preset, device, seed)
     stages, left_out = all_stages(plan)
@@ -84,15 +84,15 @@ def _plan(
     beside = Path() if config is None else config.parent
     again = ["muscle-bayes", "study", "--runs", str(runs)]
     again += ["--config", str(config)] if config is not None else []
-    again += ["--preset", preset.value, "--seed", str(told.seed), "--out", str(out)]
+    again += ["--preset", preset, "--seed", str(told.seed), "--out", str(out)]
     return Plan.of(
         runs,
         out,
-        preset.value,
+        preset,
         told,
         str(runs if config is None else config),
         joint=None if told.joint is None else beside / told.joint,
-        device=device.value,
+        device=device,
         started_as=shlex.join(again),
         calibrations=available(
             [out / "calibration", out, *(beside / one for one in told.evidence)],

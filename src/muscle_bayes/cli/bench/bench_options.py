@@ -1,8 +1,8 @@
 """What the commands share that talk to the bench."""
 
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +13,7 @@ from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.simulation import SimulatedBench
     from muscle_bayes.twin.plant.rig import Rig
 
 PortOption = Annotated[
@@ -86,6 +87,28 @@ def refuse_ports(ports: list[str] | None, meter: str | None) -> None:
     """Raise where ports are given for a bench that has none."""
     if ports or meter is not None:
         raise MuscleBayesError("--simulate has no ports. Fix: leave --port and --meter out.")
+
+
+@contextmanager
+def bench_lines(
+    port: list[str] | None,
+    meter: str | None = None,
+    sensors: list[str] | None = None,
+    simulated: "Callable[[], SimulatedBench] | None" = None,
+) -> Iterator["Devices"]:
+    """Lines of the real bench, or of a simulated one where it is given; not open yet, closed at the end."""
+    with ExitStack() as stack:
+        stack.enter_context(signals_interrupt())
+        if simulated is None:
+            refuse_sensors(sensors)
+            devices = real_devices(port, meter)
+        else:
+            from muscle_bayes.bench.simulation.recording import simulated_devices
+
+            refuse_ports(port, meter)
+            devices = simulated_devices(stack.enter_context(simulated()))
+        stack.callback(devices.close)
+        yield devices
 
 
 @contextmanager

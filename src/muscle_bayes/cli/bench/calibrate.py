@@ -1,6 +1,5 @@
 """`muscle-bayes calibrate`: the potentiometer's zero and radians per count."""
 
-from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -12,10 +11,7 @@ from muscle_bayes.cli.bench.bench_options import (
     RigOption,
     SensorOption,
     SimulateOption,
-    real_devices,
-    refuse_ports,
-    refuse_sensors,
-    signals_interrupt,
+    bench_lines,
     simulated_rig,
 )
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
@@ -24,6 +20,7 @@ from muscle_bayes.errors import MuscleBayesError
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.clock import Clock
     from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 _PERIOD = 0.02
 _SHOWN_EVERY = 0.2
@@ -66,21 +63,17 @@ def calibrate(
     angles = stops or _stops(rig, simulate)
     if not angles[0] < angles[1]:
         raise MuscleBayesError(f"--stops {angles[0]:g} {angles[1]:g}. Fix: lower first.")
-    with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if simulate:
-            refuse_ports(port, None)
-            from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
-            from muscle_bayes.bench.simulation.recording import SimulatedHand, simulated_devices
 
-            plant = TwinPlant(simulated_rig(rig), seed=seed)
-            bench = stack.enter_context(SimulatedBench(plant, seed, sensors=sensor or []))
-            SimulatedHand(bench, plant)
-            devices = simulated_devices(bench)
-        else:
-            refuse_sensors(sensor)
-            devices = real_devices(port, None)
-        stack.callback(devices.close)
+    def simulated() -> "SimulatedBench":
+        from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
+        from muscle_bayes.bench.simulation.recording import SimulatedHand
+
+        plant = TwinPlant(simulated_rig(rig), seed=seed)
+        bench = SimulatedBench(plant, seed, sensors=sensor or [])
+        SimulatedHand(bench, plant)
+        return bench
+
+    with bench_lines(port, None, sensor, simulated if simulate else None) as devices:
         readings = _turn(devices, 2 * cycles, timeout)
         board = devices.sensor.device
         assert board is not None, "it was just read"

@@ -1,8 +1,7 @@
 """`muscle-bayes calibrate-heaters`: what the heater board must know of its tubes."""
 
-from contextlib import ExitStack
 from dataclasses import asdict
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -11,12 +10,12 @@ from muscle_bayes.cli.bench.bench_options import (
     PortOption,
     SensorOption,
     SimulateOption,
-    real_devices,
-    refuse_ports,
-    refuse_sensors,
-    signals_interrupt,
+    bench_lines,
 )
 from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+
+if TYPE_CHECKING:
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 
 def calibrate_heaters(
@@ -45,20 +44,12 @@ def calibrate_heaters(
     """
     from muscle_bayes.bench.heat.tube_calibration import calibrate_tube
 
-    with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if simulate:
-            refuse_ports(port, meter)
-            from muscle_bayes.bench.simulation import SimulatedBench
-            from muscle_bayes.bench.simulation.recording import simulated_devices
+    def simulated() -> "SimulatedBench":
+        from muscle_bayes.bench.simulation import SimulatedBench
 
-            simulated = SimulatedBench(seed=seed, calibrated=False, sensors=sensor or [])
-            bench = stack.enter_context(simulated)
-            devices = simulated_devices(bench)
-        else:
-            refuse_sensors(sensor)
-            devices = real_devices(port, meter)
-        stack.callback(devices.close)
+        return SimulatedBench(seed=seed, calibrated=False, sensors=sensor or [])
+
+    with bench_lines(port, meter, sensor, simulated if simulate else None) as devices:
         board, source = devices.heater.open(), devices.meter.open()
         report: dict[str, Any] = {}
         for channel in {"a": (0,), "b": (1,), "both": (0, 1)}[side]:

@@ -1,22 +1,16 @@
 """`muscle-bayes calibrate-load`: the load cell's zero and kilograms per count."""
 
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.bench_options import (
-    PortOption,
-    SimulateOption,
-    real_devices,
-    refuse_ports,
-    signals_interrupt,
-)
+from muscle_bayes.cli.bench.bench_options import PortOption, SimulateOption, bench_lines
 from muscle_bayes.cli.common import SeedOption
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 _WEIGHED = 3.0
 """s over which counts are averaged."""
@@ -36,25 +30,22 @@ def calibrate_load(
         muscle-bayes calibrate-load --mass 0.2
         muscle-bayes calibrate-load --mass 0.2 --simulate
     """
-    with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if simulate:
-            refuse_ports(port, None)
-            from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
-            from muscle_bayes.bench.simulation.recording import simulated_devices
+    bench: SimulatedBench | None = None
 
-            plant = TwinPlant(load=0.0, seed=seed)
-            bench = stack.enter_context(SimulatedBench(plant, seed, sensors=["hx711"]))
-            devices = simulated_devices(bench)
-        else:
-            devices = real_devices(port, None)
-        stack.callback(devices.close)
+    def simulated() -> "SimulatedBench":
+        from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
+
+        nonlocal bench
+        bench = SimulatedBench(TwinPlant(load=0.0, seed=seed), seed, sensors=["hx711"])
+        return bench
+
+    with bench_lines(port, simulated=simulated if simulate else None) as devices:
         devices.sensor.open()
-        if not simulate:
+        if bench is None:
             typer.confirm("Does nothing hang on the load cell?", abort=True)
         zero = _counts(devices)
-        if simulate:
-            plant.hang(mass)
+        if bench is not None:
+            bench.plant.hang(mass)
             devices.clock.sleep(1.0)
         else:
             typer.confirm(f"Do {1000 * mass:g} g hang, and hang still?", abort=True)

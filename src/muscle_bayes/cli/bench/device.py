@@ -1,21 +1,13 @@
 """Which device computes: chosen before JAX starts."""
 
 import os
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from muscle_bayes.errors import MuscleBayesError
 
-
-class Device(StrEnum):
-    """Kinds of devices."""
-
-    cpu = "cpu"
-    gpu = "gpu"
-
-
+Device = Literal["cpu", "gpu"]
 DeviceOption = Annotated[
     Device, typer.Option("--device", help="What computes; gpu needs JAX with CUDA or ROCm.")
 ]
@@ -26,11 +18,11 @@ def compute_on(device: Device) -> None:
 
     Raises MuscleBayesError where JAX finds no such device.
     """
-    typer.echo(f"starting JAX on the {device.value} ...", err=True)
+    typer.echo(f"starting JAX on the {device} ...", err=True)
     import jax
 
-    jax.config.update("jax_platforms", "cpu" if device is Device.cpu else None)
-    if device is Device.cpu:
+    jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+    if device == "cpu":
         return
     os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     try:

@@ -206,15 +206,13 @@ def _simulated(
 
 def _told(log: Path) -> dict[str, Any]:
     """How far off a recorded run ended, and how hot it got."""
-    import csv
+    import pandas as pd
 
     from muscle_bayes.bench.recording.run_file import AIM
     from muscle_bayes.data import read_run
 
     run = read_run(log)
-    with log.open(newline="") as file:
-        rows = list(csv.DictReader(file, skipinitialspace=True))
-    wanted = [float(row[AIM]) for row in rows]
+    wanted = pd.read_csv(log, skipinitialspace=True)[AIM].to_numpy()
     late = len(wanted) // 5
     sensor = run.metadata.potentiometer
     scale = float(sensor.radians_per_count) if sensor and sensor.radians_per_count else 1.0

@@ -1,11 +1,10 @@
 """`muscle-bayes sensors`: what the boards are wired to besides potentiometer and meter."""
 
-from contextlib import ExitStack
 from typing import Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.bench_options import PortOption, real_devices, signals_interrupt
+from muscle_bayes.cli.bench.bench_options import PortOption, bench_lines
 
 
 def sensors(
@@ -49,10 +48,7 @@ def sensors(
                 typer.echo(f"  {pin:>3}  {to}")
         return
     wanted = {role: wiring_of(names or (), role, beta=beta, ratio=ratio) for role in Role}
-    with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        devices = real_devices(port, None)
-        stack.callback(devices.close)
+    with bench_lines(port) as devices:
         for role, link in ((Role.HEATER, devices.heater), (Role.SENSOR, devices.sensor)):
             board = link.open()
             if names or none:

@@ -1,8 +1,7 @@
 """`muscle-bayes sequence`: the thesis' test regimes as SEQUENCE.toml."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -10,19 +9,9 @@ from muscle_bayes.cli.common import writable_file
 from muscle_bayes.errors import MuscleBayesError
 
 
-class RegimeName(StrEnum):
-    """Regimes that are ready."""
-
-    staircase = "staircase"
-    sawtooth = "sawtooth"
-    training = "training"
-    t1 = "t1"
-    t2 = "t2"
-
-
 def sequence(
     regime: Annotated[
-        RegimeName,
+        Literal["staircase", "sawtooth", "training", "t1", "t2"],
         typer.Argument(
             help="staircase: setpoint in steps up to 90 C and back, a run a load. sawtooth: fast "
             "cycles, load poured on in between. training: cycles at a small load until the motion "
@@ -64,10 +53,10 @@ def sequence(
 
     if not 0.0 <= room <= 45.0:
         raise MuscleBayesError(f"--room {room:g}: no room. Fix: give 0 to 45 C.")
-    built = with_loads(regime.value, room, mass or [])
+    built = with_loads(regime, room, mass or [])
     if rig is not None:
         built = built.model_copy(update=read_rig(rig))
-    text = to_toml(built, f"{regime.value}: {REGIMES[regime.value].about}")
+    text = to_toml(built, f"{regime}: {REGIMES[regime].about}")
     if out is None:
         typer.echo(text, nl=False)
         return
