@@ -83,7 +83,7 @@ protocol-doc: $(READY) ## write the tables of docs/protocol.md anew
 	@$(BIN)/python scripts/write_protocol_doc.py
 
 rigs: $(READY) ## fit twelve kinds of simulated rig and write docs/rigs.md (half an hour)
-	@$(BIN)/python scripts/rig_examples.py
+	@$(BIN)/python -m benchmarks.rig_examples
 
 bench-docs: $(READY) firmware ## try the firmware (half an hour), write docs/bench-trials.md and the wiring tables
 	@mkdir -p build

@@ -8,6 +8,7 @@ import pytest
 from numpyro import distributions as dist
 
 import muscle_bayes as mb
+from benchmarks.rigs import EXAMPLES, Example, example
 from muscle_bayes.data import Run
 from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.lane_model import predictions, whole, zeros_of
@@ -15,7 +16,6 @@ from muscle_bayes.inference.model.muscle_prior import resting_hyst
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.running.precision import double_precision
-from muscle_bayes.twin.elsewhere import EXAMPLES, Example, example
 
 HELD = ("isometric-muscle", "heater-power")
 """Their fits take minutes."""

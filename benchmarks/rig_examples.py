@@ -1,6 +1,6 @@
 """Write docs/rigs.md: kinds of rig, each simulated by the twin, with metadata, figure and a short fit.
 
-python scripts/rig_examples.py [NAME...] fits the named examples (all without a name) and writes the page.
+python -m benchmarks.rig_examples [NAME...] fits the named examples, or all, and writes the page.
 What was fitted before is kept in reports/rigs. `--page` writes the page alone.
 """
 
@@ -10,11 +10,11 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
+from benchmarks.rigs import EXAMPLES, Example, example
 from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.calibration_model import calibration_model
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.sampling.fit import QUICK, fit
-from muscle_bayes.twin.elsewhere import EXAMPLES, Example, example
 
 ROOT = Path(__file__).parents[1]
 PAGE, KEPT = ROOT / "docs" / "rigs.md", ROOT / "reports" / "rigs"

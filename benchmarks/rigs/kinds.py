@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from benchmarks.rigs.example import Example
+from benchmarks.rigs.motion import moved
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.twin.elsewhere.example import Example
-from muscle_bayes.twin.elsewhere.motion import moved
 from muscle_bayes.twin.plant.heater import HeaterTube
 from muscle_bayes.twin.plant.parameters import MuscleParameters
 from muscle_bayes.twin.plant.springs import Muscle
