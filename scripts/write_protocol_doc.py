@@ -4,15 +4,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from muscle_bayes.bench.boards.protocol import (
-    ERRORS,
-    FAULT_MEANINGS,
-    MESSAGES,
-    SEQUENCE,
-    Field,
-    encode,
-    frame,
-)
+from muscle_bayes.bench.boards.messages import ERRORS, FAULT_MEANINGS, MESSAGES, SEQUENCE, Field
+from muscle_bayes.bench.boards.protocol import encode, frame
 
 PROJECT = Path(__file__).parents[1]
 DOCUMENT = PROJECT / "docs" / "protocol.md"

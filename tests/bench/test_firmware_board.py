@@ -6,15 +6,13 @@ import subprocess
 import numpy as np
 import pytest
 
+from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import (
     Boot,
     Decoder,
     Error,
-    Fault,
     FaultReport,
     Reply,
-    ResetCause,
-    Role,
     Sample,
     encode,
     read_answer,

@@ -10,7 +10,8 @@ import pytest
 from host_firmware import HostFirmware
 from jax.experimental import io_callback
 
-from muscle_bayes.bench.boards.protocol import Error, Fault
+from muscle_bayes.bench.boards.messages import Fault
+from muscle_bayes.bench.boards.protocol import Error
 from muscle_bayes.control.closed_loop import Clock, simulate, start_of
 from muscle_bayes.control.laws.gains import FeedForward, Gains, Inner, gains_header, law_of
 from muscle_bayes.control.laws.law import Law, Measured

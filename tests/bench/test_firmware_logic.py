@@ -12,11 +12,11 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
+from muscle_bayes.bench.boards.messages import Fault
 from muscle_bayes.bench.boards.protocol import (
     ChecksumReport,
     Decoder,
     Error,
-    Fault,
     FaultReport,
     Reply,
     encode,

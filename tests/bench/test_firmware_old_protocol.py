@@ -12,7 +12,8 @@ from host_firmware import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.boards.protocol import Fault, ResetCause, encode
+from muscle_bayes.bench.boards.messages import Fault, ResetCause
+from muscle_bayes.bench.boards.protocol import encode
 from muscle_bayes.bench.simulation.processor import FREQUENCY, Processor
 
 PROMPT = b"w\r\n"

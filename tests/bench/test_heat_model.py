@@ -6,7 +6,8 @@ from host_firmware import HostFirmware
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.boards.protocol import Decoder, Error, Fault, Reply, frame
+from muscle_bayes.bench.boards.messages import Fault
+from muscle_bayes.bench.boards.protocol import Decoder, Error, Reply, frame
 from muscle_bayes.bench.heat.heat_model import (
     LEAST,
     MOST,

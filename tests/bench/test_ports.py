@@ -5,8 +5,8 @@ from importlib.metadata import EntryPoint
 import pytest
 from fake_bench import FakeBench, FakeBoard, FakeLine
 
+from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.ports import PortError, PortFinder
-from muscle_bayes.bench.boards.protocol import Role
 from muscle_bayes.bench.boards.transport import TransportError
 from muscle_bayes.bench.meters import kinds
 from muscle_bayes.bench.meters.meter import Meter, MeterError, Reading, first_reading

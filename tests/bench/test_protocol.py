@@ -7,24 +7,26 @@ from host_firmware import HostFirmware
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from muscle_bayes.bench.boards import protocol
+from muscle_bayes.bench.boards import messages
+from muscle_bayes.bench.boards.messages import (
+    MESSAGES,
+    Fault,
+    Field,
+    ProtocolError,
+    ResetCause,
+    Role,
+)
 from muscle_bayes.bench.boards.protocol import (
     FRAME_MAX,
-    MESSAGES,
     Boot,
     ChecksumReport,
     Decoder,
     Error,
-    Fault,
     FaultReport,
-    Field,
     Garbled,
     Identity,
     Prompt,
-    ProtocolError,
     Reply,
-    ResetCause,
-    Role,
     Sample,
     crc16,
     decode_line,
@@ -187,9 +189,9 @@ def test_an_answer_of_another_version_says_so():
 
 
 def test_every_fault_is_explained():
-    assert set(protocol.FAULT_MEANINGS) == set(Fault)
-    assert protocol.explain(0) == "none"
-    assert "hung" in protocol.explain(Fault.WATCHDOG)
+    assert set(messages.FAULT_MEANINGS) == set(Fault)
+    assert messages.explain(0) == "none"
+    assert "hung" in messages.explain(Fault.WATCHDOG)
 
 
 @settings(max_examples=300)

@@ -4,7 +4,8 @@ import re
 import runpy
 from pathlib import Path
 
-from muscle_bayes.bench.boards.protocol import ERRORS, MESSAGES, Fault, Garbled, crc16, decode_line
+from muscle_bayes.bench.boards.messages import ERRORS, MESSAGES, Fault
+from muscle_bayes.bench.boards.protocol import Garbled, crc16, decode_line
 
 PROJECT = Path(__file__).parents[2]
 TEXT = (PROJECT / "docs" / "protocol.md").read_text(encoding="utf-8")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.boards.protocol import ResetCause
+from muscle_bayes.bench.boards.messages import ResetCause
 from muscle_bayes.bench.recording.guard import RecordingError
 from muscle_bayes.bench.recording.run_file import read_events
 from muscle_bayes.bench.recording.session import Session

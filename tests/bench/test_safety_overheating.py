@@ -2,7 +2,7 @@
 
 import pytest
 
-from muscle_bayes.bench.boards.protocol import Fault
+from muscle_bayes.bench.boards.messages import Fault
 from muscle_bayes.bench.trials.overheating import HOTTEST, TRIALS, Outcome, run
 
 pytestmark = pytest.mark.usefixtures("firmware")

@@ -6,11 +6,12 @@ import pytest
 from host_firmware import HostFirmware
 from hypothesis import given
 from hypothesis import strategies as st
+from simulated_ports import Ports
 from typer.testing import CliRunner
 
 from muscle_bayes.bench.boards.board import Board
-from muscle_bayes.bench.boards.messages import Role
-from muscle_bayes.bench.boards.protocol import Error, Fault, ResetCause
+from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
+from muscle_bayes.bench.boards.protocol import Error
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import first_reading
 from muscle_bayes.bench.recording.recorder import RecordingError
@@ -31,7 +32,6 @@ from muscle_bayes.bench.simulation.chips import (
     max31855_word,
     thermistor_counts,
 )
-from muscle_bayes.bench.simulation.ports import Ports
 from muscle_bayes.bench.simulation.recording import (
     SimulatedOperator,
     rig_tables,

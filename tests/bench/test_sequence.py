@@ -4,7 +4,6 @@ import pytest
 
 from muscle_bayes.bench.sequences.sequence import Repeat, Sequence, Stage
 from muscle_bayes.bench.sequences.sequence_file import (
-    SequenceError,
     parse_sequence,
     read_rig,
     read_sequence,
@@ -135,13 +134,13 @@ def test_errors_name_file_and_key(case):
 
 def test_two_runs_of_one_name():
     run = '[[run]]\nname = "same"\nstage = [{ duration = 1.0 }]\n'
-    with pytest.raises(SequenceError, match="'same' is the name of two runs"):
+    with pytest.raises(RunError, match="'same' is the name of two runs"):
         parse_sequence((run + run).encode(), "x.toml")
 
 
 def test_stages_and_runs_together():
     run = '[[run]]\nname = "same"\nstage = [{ duration = 1.0 }]\n'
-    with pytest.raises(SequenceError, match=r"given together with \[\[run\]\]"):
+    with pytest.raises(RunError, match=r"given together with \[\[run\]\]"):
         parse_sequence(f"{run}[[stage]]\nduration = 1.0\n".encode(), "x.toml")
 
 
@@ -157,11 +156,11 @@ def test_rig_comes_from_a_file_of_its_own(tmp_path):
 
 def test_rig_that_is_missing_is_told_with_its_key():
     bare = Sequence(stage=(Stage(duration=1.0),))
-    with pytest.raises(SequenceError, match=r"x.toml, key element_a: missing.*--rig FILE"):
+    with pytest.raises(RunError, match=r"x.toml, key element_a: missing.*--rig FILE"):
         run_metadata(bare, "x.toml", "measured", {}, 0.0)
 
 
 def test_rig_file_without_a_rig(tmp_path):
     (tmp_path / "rig.toml").write_text("x = 1\n")
-    with pytest.raises(SequenceError, match="no table of a rig"):
+    with pytest.raises(RunError, match="no table of a rig"):
         read_rig(tmp_path / "rig.toml")

@@ -6,24 +6,17 @@ import time
 
 import numpy as np
 import pytest
+from simulated_ports import Ports
 
 from muscle_bayes.bench.boards.board import SILENCE_LIMIT, Board, BoardError
 from muscle_bayes.bench.boards.clock import RealClock
-from muscle_bayes.bench.boards.protocol import (
-    Boot,
-    Fault,
-    FaultReport,
-    ResetCause,
-    Role,
-    Sample,
-    encode,
-)
+from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
+from muscle_bayes.bench.boards.protocol import Boot, FaultReport, Sample, encode
 from muscle_bayes.bench.boards.transport import TransportError, board_transport, meter_transport
 from muscle_bayes.bench.meters.meter import REQUEST, Meter, first_reading, parse_answer
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
-from muscle_bayes.bench.simulation.ports import Ports
 from muscle_bayes.bench.simulation.processor import Processor
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import Meter as MeterModel

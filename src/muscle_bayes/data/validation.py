@@ -1,12 +1,39 @@
-"""What pydantic found wrong with a TOML file -> key, problem and fix."""
+"""TOML files as models of their tables; what pydantic finds wrong -> file, key, problem and fix."""
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
+
+from muscle_bayes.data.errors import RunError
+from muscle_bayes.data.files import parse_toml, read_bytes
+
+
+def read_table[T: BaseModel](path: Path, model: type[T], what: str) -> T:
+    """A TOML file as a model; `what` names it in messages. Raises RunError naming file, key and fix."""
+    content = read_bytes(path, what)
+    return parse_table(content, path, model)
+
+
+def parse_table[T: BaseModel](content: bytes, path: Path | str, model: type[T]) -> T:
+    """The bytes of a TOML file as a model; `path` serves the messages. Raises RunError."""
+    with faults_told(path, model):
+        return model.model_validate(parse_toml(content, path))
+
+
+@contextmanager
+def faults_told(path: Path | str, model: type[BaseModel], also: str = "") -> Iterator[None]:
+    """Raise RunError for what pydantic finds wrong; `also` is added to the fix."""
+    try:
+        yield
+    except ValidationError as error:
+        key, problem, fix = explain(error, model)
+        raise RunError.at(path, problem, fix + also, key=key) from None
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> tuple[str, str, str]:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 LOOKS = (("o", GREY, "white"), ("s", BLUE, BLUE))
@@ -60,15 +59,10 @@ def _interval(axis: Axes, row: int, draws: NDArray[np.float64], look: tuple[str,
 
 
 def _dress(axis: Axes, name: str, posteriors: Mapping[str, Posterior], mark: float | None) -> None:
-    unit = ""
-    for one in posteriors.values():
-        if name in one.tree["posterior"]:
-            unit = str(one.tree["posterior"][name].attrs.get("units", ""))
+    unit = next(one.units[name] for one in reversed([*posteriors.values()]) if name in one.units)
     axis.set_yticks(range(len(posteriors)), list(posteriors), fontsize=7)
     axis.set_ylim(len(posteriors) - 0.5, -0.5)
-    axis.set_title(
-        f"{name} [{unit_of(unit or MUSCLE_UNITS.get(name, '1'))}]", fontsize=8, color=BLACK
-    )
+    axis.set_title(f"{name} [{unit_of(unit or '1')}]", fontsize=8, color=BLACK)
     axis.locator_params(axis="x", nbins=5)
     axis.grid(visible=False, axis="y")
     low, high = axis.get_xlim()

@@ -11,7 +11,6 @@ from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.report.style import BLUE, GREY, VERMILLION, WIDTH, quiet_style
 
 Values = NDArray[np.float64]
@@ -43,7 +42,7 @@ def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = N
         for name in published or {}
         if name in names
     }
-    labels = {name: _label(group, name, powers[name]) for name in names}
+    labels = {name: _label(name, posterior.units[name], powers[name]) for name in names}
     size = len(names)
     with quiet_style():
         fig = Figure(figsize=(WIDTH, WIDTH) if size > 4 else (1.8 * size, 1.8 * size))
@@ -159,7 +158,6 @@ def _power(values: Values) -> int:
     return exponent if not -3 < exponent < 5 else 0
 
 
-def _label(group: Any, name: str, power: int) -> str:
-    unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "1")
+def _label(name: str, unit: str, power: int) -> str:
     factor = f"$10^{{{power}}}$ " if power else ""
-    return f"{name}\n[{factor}{unit_of(unit)}]"
+    return f"{name}\n[{factor}{unit_of(unit or '1')}]"

@@ -1,7 +1,7 @@
 """What a posterior says of each parameter, beside its prior and a published value."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,19 +13,6 @@ from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
 from muscle_bayes.report.bands import mark_origin
 from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
-
-MUSCLE_UNITS: Final = {
-    "A": "1/°C²",
-    "B": "1/°C",
-    "C": "1",
-    "F_hyst_min": "N",
-    "K_hyst": "N/m",
-    "F_modulus_min": "N",
-    "K_modulus": "N/m",
-    "H": "N s/(m °C)",
-    "T_hyst_offset": "°C",
-}
-"""Units of Table 2's parameters; the others carry theirs in the posterior."""
 
 _REACH = 1.0
 """How far axes reach beyond the posterior's 98 % range, in its widths."""
@@ -57,8 +44,7 @@ def posterior_figure(
         axes = fig.subplots(rows, columns, squeeze=False).ravel()
         for axis, name in zip(axes, names, strict=False):
             draws = group[name].to_numpy().ravel(), posterior.tree["prior"][name].to_numpy().ravel()
-            unit = str(group[name].attrs.get("units", "")) or MUSCLE_UNITS.get(name, "")
-            _marginal(axis, name, unit, *draws, (published or {}).get(name))
+            _marginal(axis, name, posterior.units[name], *draws, (published or {}).get(name))
         for axis in axes[len(names) :]:
             axis.remove()
         found = dict(

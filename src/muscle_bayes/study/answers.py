@@ -61,7 +61,7 @@ def _quantities(results: Results) -> Table:
     name = best_fit(results)
     group = results.posteriors[name].tree["posterior"]
     draws = {str(key): one.to_numpy().ravel() for key, one in group.data_vars.items()}
-    units = results.units(name)
+    units = results.posteriors[name].units
     ranges = values_of(results.plan.published, results.plan.config.friction, "muscle")
     known = {key: np.asarray(ends) for key, ends in ranges.items() if len(ends) == 1}
     rows = []

@@ -3,14 +3,12 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.describing.elements import Finite, Table
 from muscle_bayes.data.describing.tables import _as_tuple
-from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import read_table
 
 Names = Annotated[tuple[str, ...], BeforeValidator(_as_tuple)]
 Range = Annotated[
@@ -83,10 +81,4 @@ class StudyConfig(Table):
 
 def read_config(path: Path) -> StudyConfig:
     """Read STUDY.toml. Raises RunError naming file, key and fix."""
-    try:
-        return StudyConfig.model_validate(
-            parse_toml(read_bytes(path, "the study's settings"), path)
-        )
-    except ValidationError as error:
-        key, problem, fix = explain(error, StudyConfig)
-        raise RunError.at(path, problem, fix, key=key) from None
+    return read_table(path, StudyConfig, "the study's settings")

@@ -76,7 +76,7 @@ def _fit(results: Results, name: str, of: tuple[str, ...]) -> dict[str, Any]:
     values = values_of(plan.published, *of)
     printed = next((one for one in plan.published if one.of == of[-1]), None)
     return {
-        "table": tables.parameters(summary, results.units(name), printed, values),
+        "table": tables.parameters(summary, results.posteriors[name].units, printed, values),
         "converged": words.converged(f"the fit {name}", summary),
         "printed": [
             text

@@ -2,9 +2,11 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
+
+from pydantic import TypeAdapter
 
 from muscle_bayes.data import Run, find_runs, read_run, read_runs
 from muscle_bayes.json_file import write_json
@@ -91,26 +93,9 @@ class Plan:
 
     def save(self) -> None:
         """Write PLAN.json, unless it stands as it is."""
-        data = asdict(self) | {"config": self.config.model_dump(mode="json")}
-        write_json(self.path, data)
+        write_json(self.path, TypeAdapter(Plan).dump_python(self, mode="json"))
 
     @classmethod
     def load(cls, path: Path) -> "Plan":
         """Read PLAN.json."""
-        data = json.loads(path.read_text(encoding="utf-8"))
-        return cls(
-            out=Path(data["out"]),
-            logs={name: Path(log) for name, log in data["logs"].items()},
-            roles=Roles(
-                fixture=tuple(data["roles"]["fixture"]),
-                muscle=tuple(data["roles"]["muscle"]),
-                held_out=tuple(data["roles"]["held_out"]),
-                until=data["roles"]["until"],
-            ),
-            preset=data["preset"],
-            config=StudyConfig.model_validate_json(json.dumps(data["config"])),
-            joint=None if data["joint"] is None else Path(data["joint"]),
-            device=data["device"],
-            started_as=data["started_as"],
-            calibrations=tuple(map(Path, data["calibrations"])),
-        )
+        return TypeAdapter(cls).validate_json(path.read_bytes())

@@ -82,11 +82,6 @@ class Results:
         """Of what made the posteriors."""
         return json.loads(next(iter(self.posteriors.values())).tree.attrs["versions"])
 
-    def units(self, fit: str) -> dict[str, str]:
-        """Units of a fit's parameters."""
-        group = self.posteriors[fit].tree["posterior"]
-        return {str(name): str(one.attrs.get("units", "")) for name, one in group.data_vars.items()}
-
     def summary(self) -> Numbers:
         """SUMMARY.json."""
         fits = self.summaries

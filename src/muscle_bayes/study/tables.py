@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.posterior_figures import MUSCLE_UNITS
 from muscle_bayes.study.config import Published
 from muscle_bayes.study.numbers import interval, number, percent
 from muscle_bayes.study.words import agrees
@@ -55,7 +54,7 @@ def parameters(
     for name, row in summary["parameters"].items():
         cells = [
             name,
-            unit_of(units.get(name) or MUSCLE_UNITS.get(name, "1")),
+            unit_of(units[name] or "1"),
             number(row["mean"]),
             interval(row),
         ]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from muscle_bayes.conventions import Friction
+from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.twin.effects import make_effect
 from muscle_bayes.twin.plant.rig import ElementKind, Rig
@@ -70,7 +71,7 @@ def read_rig(path: Path, rig: Rig | None = None) -> Rig:
 
     What the file leaves out keeps its value in `rig`, the default rig if none is given.
     """
-    content = read_toml(path)
+    content = parse_toml(read_bytes(path, "the rig"), path)
     effects = content.pop("effects", {})
     try:
         rig = override(rig or Rig(), _flat(content))
@@ -82,16 +83,6 @@ def read_rig(path: Path, rig: Rig | None = None) -> Rig:
             f"{path}: effects: write one table [effects.NAME] for each, numbers inside"
         ) from None
     return replace(rig, truth=replace(rig.truth, effects=(*rig.truth.effects, *made)))
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise MuscleBayesError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise MuscleBayesError(f"{path}: not TOML: {error}") from None
 
 
 def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:

@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import protocols
-from muscle_bayes.twin.overrides import read_toml
 from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.plant.swings import spring_masses
 from muscle_bayes.twin.protocols import Protocol, Stage
@@ -63,7 +63,7 @@ def plan_runs(
 
 def read_stages(path: Path) -> Protocol:
     """A `free` protocol from TOML: load, initial_angle, initial_hyst and [[stage]] tables."""
-    content = read_toml(path)
+    content = parse_toml(read_bytes(path, "the protocol"), path)
     tables: Any = content.pop("stage", None)
     if not isinstance(tables, list) or not tables:
         raise MuscleBayesError(f"{path}: needs one [[stage]] table or more")

@@ -7,12 +7,12 @@ from math import isfinite
 from typing import Final
 
 from muscle_bayes.bench.boards.clock import Clock
+from muscle_bayes.bench.boards.messages import ERRORS, Fault
+from muscle_bayes.bench.boards.messages import VERSION as PROTOCOL_VERSION
 from muscle_bayes.bench.boards.protocol import (
-    ERRORS,
     Boot,
     Decoder,
     Error,
-    Fault,
     FaultReport,
     Identity,
     Message,
@@ -23,7 +23,6 @@ from muscle_bayes.bench.boards.protocol import (
     identity,
     read_answer,
 )
-from muscle_bayes.bench.boards.protocol import VERSION as PROTOCOL_VERSION
 from muscle_bayes.bench.boards.transport import Transport, TransportError
 from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.sensors.sensor import Wiring

@@ -2,9 +2,9 @@
 
 import time
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
+from statistics import linear_regression
 from typing import Final, Protocol
 
 WRAP: Final = 2**32
@@ -75,7 +75,9 @@ class BoardClock:
     def rate(self) -> float:
         """Host seconds per board second, less 1; 0 until 30 s have passed."""
         points = list(self._points)[:-1]  # the last block is not over
-        return _slope(points) if len(points) >= _RATE_BLOCKS else 0.0
+        if len(points) < _RATE_BLOCKS:
+            return 0.0
+        return linear_regression(*zip(*points, strict=True)).slope
 
     def restart(self) -> None:
         """Forget the board's clock: it was reset, or the line was down."""
@@ -121,12 +123,3 @@ class BoardClock:
         rate = self.rate
         newest = list(self._points)[-_RATE_BLOCKS:]
         return min(offset + rate * (board - at) for at, offset in newest)
-
-
-def _slope(points: Iterable[tuple[float, float]]) -> float:
-    """Least squares slope of (x, y)."""
-    points = list(points)
-    mean_x = sum(x for x, _ in points) / len(points)
-    mean_y = sum(y for _, y in points) / len(points)
-    spread = sum((x - mean_x) ** 2 for x, _ in points)
-    return sum((x - mean_x) * (y - mean_y) for x, y in points) / spread

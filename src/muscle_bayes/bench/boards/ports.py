@@ -9,7 +9,7 @@ from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.clock import Clock, RealClock
 from muscle_bayes.bench.boards.devices import Devices
 from muscle_bayes.bench.boards.link import Link
-from muscle_bayes.bench.boards.protocol import Role
+from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.transport import (
     SerialTransport,
     TransportError,

@@ -6,7 +6,8 @@ from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import BoardClock, Clock
-from muscle_bayes.bench.boards.protocol import AVERAGED, Boot, ChecksumReport, Garbled, Sample
+from muscle_bayes.bench.boards.messages import AVERAGED
+from muscle_bayes.bench.boards.protocol import Boot, ChecksumReport, Garbled, Sample
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
 from muscle_bayes.bench.recording.statistics import Histogram
 from muscle_bayes.errors import MuscleBayesError

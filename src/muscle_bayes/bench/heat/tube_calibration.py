@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import Clock
-from muscle_bayes.bench.boards.protocol import explain
+from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.heat.heat_model import LEAST, MOST, TubeModel
 from muscle_bayes.bench.heat.room import far_from_room
 from muscle_bayes.bench.meters.meter import MeterError, MeterSource, first_reading

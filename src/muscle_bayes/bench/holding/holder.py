@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.clock import Clock
-from muscle_bayes.bench.boards.protocol import explain
+from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.room import RoomError, far_from_room

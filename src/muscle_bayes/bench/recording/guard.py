@@ -9,7 +9,8 @@ from typing import Any, Final
 from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.devices import Devices
 from muscle_bayes.bench.boards.link import Link
-from muscle_bayes.bench.boards.protocol import Boot, Fault, explain
+from muscle_bayes.bench.boards.messages import Fault, explain
+from muscle_bayes.bench.boards.protocol import Boot
 from muscle_bayes.bench.boards.samples import SampleStream, Tell, TimedSample
 from muscle_bayes.bench.heat.heating import Heating, most_rise
 from muscle_bayes.bench.meters.meter import MeterError

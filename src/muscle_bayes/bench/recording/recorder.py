@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 from muscle_bayes.bench.boards.board import HeaterState
 from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.protocol import explain
+from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.temperature_control import PERIOD

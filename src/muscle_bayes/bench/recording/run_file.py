@@ -9,7 +9,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.bench.boards.protocol import AVERAGED
+from muscle_bayes.bench.boards.messages import AVERAGED
 from muscle_bayes.data import HEADER, HEATER_HEADER, Load, Metadata, Thermometer
 from muscle_bayes.data.events import EVENTS_SUFFIX
 from muscle_bayes.data.events import read_events as read_events

@@ -19,8 +19,8 @@ from muscle_bayes.bench.recording.recorder import (
 from muscle_bayes.bench.recording.run_file import RunFile, free_name, run_files
 from muscle_bayes.bench.recording.status import NoView, View
 from muscle_bayes.bench.sequences.sequence import RunPlan, Sequence
-from muscle_bayes.bench.sequences.sequence_file import SequenceError, run_metadata
-from muscle_bayes.data import Origin, complete_attempt
+from muscle_bayes.bench.sequences.sequence_file import run_metadata
+from muscle_bayes.data import Origin, RunError, complete_attempt
 
 _LOOK: Final = 0.05
 
@@ -55,11 +55,11 @@ class Session:
         return {name: attempt for name, attempt in attempts.items() if attempt is not None}
 
     def check(self) -> None:
-        """Raise SequenceError where a run's metadata cannot be made; nothing is written."""
+        """Raise RunError where a run's metadata cannot be made; nothing is written."""
         for plan in self.plans():
             self._metadata(plan)
             if self.path.resolve() == run_files(self.folder, plan.name)[1].resolve():
-                raise SequenceError.at(
+                raise RunError.at(
                     self.path,
                     f"the metadata of run {plan.name!r} would go by the name of this file",
                     "choose another --out, or give the run a name of its own",

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from muscle_bayes.bench.sequences.sequence import (
     RIG_TABLES,
@@ -15,13 +15,8 @@ from muscle_bayes.bench.sequences.sequence import (
     Stage,
 )
 from muscle_bayes.data import Element, Fixture, Metadata, Origin, Potentiometer, RunError
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import faults_told, parse_table, read_table
 from muscle_bayes.data.writer import toml_keys, toml_value
-
-
-class SequenceError(RunError):
-    """A SEQUENCE.toml, or a rig for it, that cannot be used: file, key, problem and mend."""
 
 
 class _Rig(BaseModel):
@@ -38,29 +33,21 @@ class _Rig(BaseModel):
 
 def read_sequence(path: Path) -> Sequence:
     """Read SEQUENCE.toml. Raises RunError."""
-    return parse_sequence(read_bytes(path, "the sequence"), path)
+    return read_table(path, Sequence, "the sequence")
 
 
 def parse_sequence(content: bytes, path: Path | str) -> Sequence:
     """The sequence in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
-    try:
-        return Sequence.model_validate(parse_toml(content, path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, Sequence)
-        raise SequenceError.at(path, problem, mend, key=key) from None
+    return parse_table(content, path, Sequence)
 
 
 def read_rig(path: Path) -> dict[str, Any]:
     """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
-    try:
-        rig = _Rig.model_validate(parse_toml(read_bytes(path, "the rig"), path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, _Rig)
-        raise SequenceError.at(path, problem, mend, key=key) from None
+    rig = read_table(path, _Rig, "the rig")
     keys = (*RIG_TABLES, "load_cell")
     tables = {key: getattr(rig, key) for key in keys if getattr(rig, key) is not None}
     if not tables:
-        raise SequenceError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
+        raise RunError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
     return tables
 
 
@@ -72,13 +59,9 @@ def run_metadata(
     load: float,
     notes: str = "",
 ) -> Metadata:
-    """`Sequence.metadata` with an error that names the file. Raises SequenceError."""
-    try:
+    """`Sequence.metadata` with an error that names the file. Raises RunError."""
+    with faults_told(path, Metadata, "; or give --rig FILE; --simulate needs none"):
         return sequence.metadata(origin, rig, load, notes)
-    except ValidationError as error:
-        key, problem, mend = explain(error, Metadata)
-        mend = f"{mend}; or give --rig FILE; --simulate needs none"
-        raise SequenceError.at(path, problem, mend, key=key) from None
 
 
 def to_toml(sequence: Sequence, head: str = "") -> str:

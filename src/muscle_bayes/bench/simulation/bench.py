@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Final, Self
 
 import numpy as np
 
-from muscle_bayes.bench.boards.protocol import ResetCause, Role
+from muscle_bayes.bench.boards.messages import ResetCause, Role
 from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.sensors.catalogue import thermometer_of, wiring_of
 from muscle_bayes.bench.simulation.chips import BoardThermometers, SensorChips
@@ -131,10 +130,5 @@ class SimulatedBench:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

@@ -17,10 +17,10 @@ from dataclasses import astuple
 from functools import cache
 from math import ceil
 from pathlib import Path
-from types import TracebackType
 from typing import Final, Self
 
-from muscle_bayes.bench.boards.protocol import ResetCause, crc16
+from muscle_bayes.bench.boards.messages import ResetCause
+from muscle_bayes.bench.boards.protocol import crc16
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
 from muscle_bayes.bench.heat.heat_model import TubeModel
 from muscle_bayes.bench.sensors.sensor import Wiring
@@ -238,10 +238,5 @@ class Processor:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.boards.protocol import ResetCause, encode
+from muscle_bayes.bench.boards.messages import ResetCause
+from muscle_bayes.bench.boards.protocol import encode
 from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench

@@ -7,14 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from muscle_bayes.bench.boards.messages import MESSAGES, Field, ResetCause
 from muscle_bayes.bench.boards.protocol import (
-    MESSAGES,
     Decoder,
-    Field,
     Garbled,
     Message,
     Reply,
-    ResetCause,
     encode,
     frame,
     identity,

@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.boards.protocol import Decoder, Reply, ResetCause, encode, read_answer
+from muscle_bayes.bench.boards.messages import ResetCause
+from muscle_bayes.bench.boards.protocol import Decoder, Reply, encode, read_answer
 from muscle_bayes.bench.heat.room import RoomError
 from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench

@@ -128,7 +128,7 @@ def _tell_overheating(outcomes: "list[Overheating]") -> bool:
     from rich.console import Console
     from rich.table import Table
 
-    from muscle_bayes.bench.boards.protocol import Fault
+    from muscle_bayes.bench.boards.messages import Fault
     from muscle_bayes.bench.trials.overheating import HOTTEST
 
     table = Table("sensor or host", "tried", "hottest tube, C", "heated for, s", "ended by")

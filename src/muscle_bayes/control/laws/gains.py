@@ -6,15 +6,13 @@ from typing import Annotated, Final, Literal
 
 import jax.numpy as jnp
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.control.laws.law import ENTRIES, Law, Numbers
 from muscle_bayes.control.plant.design import Design
 from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
 from muscle_bayes.data.describing.tables import _as_tuple
-from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import read_table
 from muscle_bayes.data.writer import toml_keys
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.markup import html_table
@@ -115,11 +113,7 @@ class Gains(Table):
 
 def read_gains(path: Path) -> Gains:
     """Read gains. Raises RunError where the file has none or they make no sense."""
-    try:
-        return Gains.model_validate(parse_toml(read_bytes(path, "the gains"), path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, Gains)
-        raise RunError.at(path, problem, mend, key=key) from None
+    return read_table(path, Gains, "the gains")
 
 
 def gains_toml(gains: Gains, head: str = "") -> str:

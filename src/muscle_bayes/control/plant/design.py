@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from muscle_bayes.control.plant.sensors import Potentiometer, Thermocouples
 from muscle_bayes.data import Fixture, Metadata, RunError
 from muscle_bayes.data.describing.elements import MuscleElement
 from muscle_bayes.data.describing.tables import Potentiometer as PotentiometerTable
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import faults_told, read_table
 from muscle_bayes.inference.records.rig import rig
 from muscle_bayes.physics.plant import Plant
 
@@ -57,13 +56,9 @@ class Design(BaseModel):
 
 def read_design(path: Path) -> Design:
     """Read a joint's TOML; any run's NAME.toml with two muscles is one. Raises RunError."""
-    tables = parse_toml(read_bytes(path, "the joint"), path)
-    try:
-        design = Design.model_validate(tables)
+    design = read_table(path, Design, "the joint")
+    with faults_told(path, Design):
         design.plant()
-    except ValidationError as error:
-        key, problem, mend = explain(error, Design)
-        raise RunError.at(path, problem, mend, key=key) from None
     if design.fixture.motion != "rotary":
         raise RunError.at(path, "is linear", "a joint turns", key="fixture.motion")
     return design

@@ -5,14 +5,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.control.scenarios.scenario import Scenario, course_of
 from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
 from muscle_bayes.data.describing.tables import _as_tuple
-from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import read_table
 
 LONGEST = 3600.0
 """s"""
@@ -86,11 +84,7 @@ class ScenarioTable(Table):
 
 def read_scenario(path: Path, period: float) -> Scenario:
     """Read SCENARIO.toml for a control period [s]. Raises RunError."""
-    try:
-        table = ScenarioTable.model_validate(parse_toml(read_bytes(path, "the scenario"), path))
-    except ValidationError as error:
-        key, problem, mend = explain(error, ScenarioTable)
-        raise RunError.at(path, problem, mend, key=key) from None
+    table = read_table(path, ScenarioTable, "the scenario")
     time = np.arange(round(table.length / period)) * period
     load = 0.0 * time if table.load is None else table.load.at(time)
     course = course_of(table.setpoint.at(time), load, trained=table.trained, noise=table.noise)

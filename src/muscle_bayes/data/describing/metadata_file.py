@@ -2,24 +2,15 @@
 
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from muscle_bayes.data.describing.metadata import Metadata
-from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import parse_toml, read_bytes
-from muscle_bayes.data.validation import explain
+from muscle_bayes.data.validation import parse_table, read_table
 
 
 def read_metadata(path: Path) -> Metadata:
     """Read NAME.toml. Raises RunError."""
-    return parse_metadata(read_bytes(path, "the run's metadata"), path)
+    return read_table(path, Metadata, "the run's metadata")
 
 
 def parse_metadata(content: bytes, path: Path | str) -> Metadata:
     """The metadata in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
-    tables = parse_toml(content, path)
-    try:
-        return Metadata.model_validate(tables)
-    except ValidationError as error:
-        key, problem, fix = explain(error, Metadata)
-        raise RunError.at(path, problem, fix, key=key) from None
+    return parse_table(content, path, Metadata)

@@ -6,7 +6,6 @@ import threading
 import time
 import tty
 from contextlib import suppress
-from types import TracebackType
 from typing import Final, Self
 
 from muscle_bayes.bench.simulation.bench import SimulatedBench
@@ -41,12 +40,7 @@ class Ports:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._stop.set()
         self._thread.join()
         for pair in self._terminals:
