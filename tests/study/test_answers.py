@@ -25,6 +25,9 @@ def results(names, **stages):
     """Results as the report reads them, of a posterior that is nearly a point."""
     rng = np.random.default_rng(0)
     draws = {name: VALUES[name] * (1.0 + 1e-6 * rng.standard_normal(400)) for name in names}
+    posterior = posterior_of(draws, draws)
+    for name, unit in {"J": "kg m^2", "D": "N m"}.items():
+        posterior.tree["posterior"][name].attrs["units"] = unit
     muscle = "K_hyst" in names
     fit = "muscle" if muscle else "fixture-coulomb"
     roles = SimpleNamespace(fixture=("spring",), muscle=("stairs",) if muscle else ())
@@ -32,9 +35,8 @@ def results(names, **stages):
     found = {"discovery": discovery, **stages}
     return SimpleNamespace(
         plan=SimpleNamespace(config=StudyConfig(), roles=roles, published=THESIS),
-        posteriors={fit: posterior_of(draws, draws)},
+        posteriors={fit: posterior},
         summaries={fit: {"converged": True, "complaints": []}},
-        units=lambda name: {"J": "kg m^2", "D": "N m"},
         stages=found,
         get=found.get,
         drifts={"saw": DRIFT} if muscle else {},
