@@ -16,8 +16,8 @@ from muscle_bayes.compiled import keep_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
-from muscle_bayes.discovery.summary import summary
 from muscle_bayes.report.discovery_figures import misfit_figure
+from muscle_bayes.report.discovery_summary import summary
 from muscle_bayes.report.style import save
 from muscle_bayes.twin import EFFECTS, simulate
 from muscle_bayes.twin.shipped import SEED, shipped_runs

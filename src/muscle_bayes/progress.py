@@ -12,6 +12,11 @@ Report = Callable[[str, int, int], None]
 What follows "; " in the stage is a note that may change, such as "sampling; 2 divergences".
 """
 
+
+def silent(stage: str, done: int, total: int) -> None:
+    """Report to nobody."""
+
+
 INTERVAL = 10.0
 """Least time between two lines on one stage, s."""
 COUNTED = {"searching": "starts", "sampling": "draws of each chain"}
@@ -34,7 +39,7 @@ def shown_progress(shown: bool = True) -> Iterator[Report]:
         ...     report("sampling; no divergences", 100, 400)
     """
     if not shown:
-        yield lambda stage, done, total: None
+        yield silent
         return
     from rich.console import Console
 

@@ -4,16 +4,24 @@ import io
 
 from rich.console import Console
 
+from muscle_bayes.bench.heat.heating import Channel
+from muscle_bayes.bench.heat.temperature_control import TemperatureControl
+from muscle_bayes.bench.heat.thermometry import Verdict, Watch
 from muscle_bayes.bench.recording.live import Moment, TerminalView, clock, panel, trace
-from muscle_bayes.bench.recording.status import ChannelStatus, Status
+from muscle_bayes.bench.recording.status import Status
+
+HEATED = Channel(
+    "a", True, TemperatureControl(), Watch(temperature=61.4), verdict=Verdict.GOOD, duty=128
+)
+HEATED.control.aim(64.0)
 
 STATUS = Status(
     name="bend-1",
     time=83.0,
     rows=2767,
     channels=(
-        ChannelStatus("a", 61.4, 64.0, False, 128, "good"),
-        ChannelStatus("b", None, None, False, 0, "open"),
+        HEATED,
+        Channel("b", False, verdict=Verdict.OPEN),
     ),
     reading=431,
     angle=-0.4698,

@@ -9,8 +9,8 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.result import Discovery
-from muscle_bayes.discovery.summary import summary, verdict_text
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.report.discovery_summary import summary, verdict_text
 from muscle_bayes.twin import Rig, make_effect, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
 

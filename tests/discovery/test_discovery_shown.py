@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from muscle_bayes.discovery.discover import _verdict
 from muscle_bayes.discovery.locate import Located, MisfitMap
+from muscle_bayes.discovery.outcome import _verdict
 from muscle_bayes.discovery.result import NextExperiment, Step
-from muscle_bayes.discovery.summary import verdict_text
+from muscle_bayes.report.discovery_summary import verdict_text
 
 WINDOW = Located("<run>", 10.0, 20.0, "sigma < 0 and T > 80 C", 1.5, "counts", 0.004, 0.8)
 

@@ -7,19 +7,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from muscle_bayes.discovery import draws
 from muscle_bayes.discovery.draws import Draws, curves, sampled
 from muscle_bayes.inference.search.factored import FactoredPrecision
 
 SPREAD = np.array([1.0, 0.1, 3.0])
 
 
-def _of(potential, monkeypatch: pytest.MonkeyPatch) -> Draws:
+def _of(potential) -> Draws:
     """Draws of a density about 0, Laplace's normal having these spreads."""
-    monkeypatch.setattr(
-        draws,
-        "explained_all",
-        lambda nested, rows, workers: [
+    search: Any = SimpleNamespace(
+        seed=0,
+        explained=lambda rows: [
             SimpleNamespace(potential=potential(row.point[:3])) for row in rows
         ],
     )
@@ -31,18 +29,18 @@ def _of(potential, monkeypatch: pytest.MonkeyPatch) -> Draws:
         precision=FactoredPrecision(np.diag(SPREAD**-2)),
         log_evidence=1.5 * np.log(2.0 * np.pi) + np.log(SPREAD).sum(),
     )
-    return sampled(None, fitted, 0, count=400)  # type: ignore[arg-type]
+    return sampled(search, fitted, count=400)
 
 
-def test_a_normal_is_what_laplace_says(monkeypatch) -> None:
-    found = _of(lambda x: 0.5 * np.sum((x / SPREAD) ** 2), monkeypatch)
+def test_a_normal_is_what_laplace_says() -> None:
+    found = _of(lambda x: 0.5 * np.sum((x / SPREAD) ** 2))
     assert found.good
     assert found.log_evidence == pytest.approx(found.laplace, abs=0.1)
     assert found.points[:, :3].std(axis=0) == pytest.approx(SPREAD, rel=0.2)
     assert np.all(found.points[:, 3:] == 0.0)
 
 
-def test_a_bent_density_is_corrected(monkeypatch) -> None:
+def test_a_bent_density_is_corrected() -> None:
     """Sheared by a parabola, which changes no volume; and half of it is cut off."""
 
     def bent(x: np.ndarray) -> float:
@@ -50,15 +48,15 @@ def test_a_bent_density_is_corrected(monkeypatch) -> None:
             return np.inf
         return 0.5 * np.sum((np.array([x[0], x[1], x[2] - 2.0 * x[0] ** 2]) / SPREAD) ** 2)
 
-    found = _of(bent, monkeypatch)
+    found = _of(bent)
     assert found.good
     assert found.log_evidence == pytest.approx(found.laplace - np.log(2.0), abs=0.25)
     assert "nat off Laplace's" in found.text("slack")
 
 
-def test_draws_that_do_not_count_are_told(monkeypatch) -> None:
+def test_draws_that_do_not_count_are_told() -> None:
     far = 60.0 * SPREAD
-    found = _of(lambda x: 0.5 * np.sum((30.0 * (x - far) / SPREAD) ** 2), monkeypatch)
+    found = _of(lambda x: 0.5 * np.sum((30.0 * (x - far) / SPREAD) ** 2))
     assert not found.good
     assert found.log_evidence == found.laplace
     assert "not confirmed" in found.text("slack")

@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.fit import (
-    Fitted,
-    Start,
-    first_share,
-    fit_all,
-    sampled_values,
-    with_effects,
-)
-from muscle_bayes.discovery.nominal import nest, without_blocks, without_runs
+from muscle_bayes.discovery.fit import Fitted, Search, Start, first_share, sampled_values
+from muscle_bayes.discovery.gate import without_blocks
+from muscle_bayes.discovery.nominal import nest, without_runs
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import pose
@@ -95,7 +89,7 @@ def fits(nested: Nested) -> list[Fitted]:
         start = drawn | {"J": 1.5e-3, "D": 5e-3, "fast.noise": 0.4, "fast.discrepancy": 0.3}
         start |= {"bias-torque.torque": 1e-4}
         rows = [_start(nested, start, ()), _start(nested, start, ("bias-torque",))]
-        return fit_all(nested, rows)
+        return Search(nested).fit(rows)
 
 
 def test_a_batch_finds_the_modes_of_the_shipped_springs(nested: Nested, fits) -> None:
@@ -108,7 +102,7 @@ def test_a_batch_finds_the_modes_of_the_shipped_springs(nested: Nested, fits) ->
     noise = nested.shared_names().index("fast.noise")
     step = 1e-3 * np.eye(plain.point.size)[noise]
     ahead, back = (
-        fit_all(nested, [plain.start._replace(point=plain.point + s * step)], steps=0)[0]
+        Search(nested).fit([plain.start._replace(point=plain.point + s * step)], steps=0)[0]
         for s in (1.0, -1.0)
     )
     slopes = [np.asarray(one.look.gradient)[noise] for one in (ahead, back)]
@@ -119,7 +113,7 @@ def test_a_batch_finds_the_modes_of_the_shipped_springs(nested: Nested, fits) ->
 
 def test_entries_that_are_held_stay(nested: Nested, fits) -> None:
     start = fits[0].start
-    (found,) = fit_all(nested, [start._replace(point=start.point + 0.05)], held=("J",))
+    (found,) = Search(nested).fit([start._replace(point=start.point + 0.05)], held=("J",))
     place = nested.shared_names().index("J")
     assert found.point[place] == pytest.approx(start.point[place] + 0.05)
 
@@ -128,18 +122,19 @@ def test_what_cannot_be_simulated_is_no_start(nested: Nested, fits) -> None:
     """Friction so strong that the motion's steps diverge."""
     values = sampled_values(nested, fits[0])
     start = _start(nested, values | {"viscous-friction.coefficient": 3.0}, ("viscous-friction",))
-    (found,) = fit_all(nested, [start])
+    (found,) = Search(nested).fit([start])
     assert found.potential == np.inf
     assert found.log_evidence == -np.inf
     np.testing.assert_array_equal(found.point, start.point)
 
 
 def test_a_fit_is_the_same_in_another_nested_model(nested: Nested, fits) -> None:
-    other, (plain, biased) = nest(nested, ("bias-torque", "unknown-torque"), fits, 24)
+    search = Search(nested)
+    other, (plain, biased) = nest(search, ("bias-torque", "unknown-torque"), fits)
     assert plain.potential == pytest.approx(fits[0].potential, abs=1e-6)
     assert biased.potential == pytest.approx(fits[1].potential, abs=1e-6)
-    assert other.layout.effects == ("bias-torque", "unknown-torque")
-    shorter = with_effects(nested, fits[1], ())
+    assert other.nested.layout.effects == ("bias-torque", "unknown-torque")
+    shorter = search.with_effects(fits[1], ())
     np.testing.assert_allclose(shorter.point[: nested.shared], fits[1].point[: nested.shared])
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.fit import Start, fit_all, sampled_values
+from muscle_bayes.discovery.fit import Start, sampled_values
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of
 from muscle_bayes.discovery.nominal import nominal
 from muscle_bayes.inference.model.problem import pose
@@ -49,10 +49,11 @@ def test_the_heater_is_read_off_the_runs() -> None:
 def test_what_is_proposed_separates_what_it_says_and_can_be_recorded() -> None:
     runs = read_runs([DATA / "spring-1.csv", DATA / "staircase-139g.csv"])
     names = ("bias-torque", "second-relaxation")
-    nested, base = nominal(runs, "coulomb", (), names, (), 0)
+    search, base = nominal(runs, "coulomb", (), names)
+    nested = search.nested
     values = sampled_values(nested, base)
     starts = [Start((name,), nested.point(values, (name,)), base.data) for name in names]
-    first, second = fit_all(nested, starts, steps=3)
+    first, second = search.fit(starts, steps=3)
     found = propose(nested, first, second)
     assert found is not None
     assert found.separates == names

@@ -8,7 +8,7 @@ import pytest
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
-from muscle_bayes.discovery.summary import summary, verdict_text
+from muscle_bayes.report.discovery_summary import summary, verdict_text
 from muscle_bayes.twin import Rig, make_effect, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
 

@@ -19,7 +19,6 @@ from muscle_bayes.twin import (
     save_runs,
     sawtooth,
     simulate,
-    simulate_set,
     spring,
     spring_masses,
     spring_rig,
@@ -142,7 +141,7 @@ def test_equal_seeds_write_equal_bytes(tmp_path):
 
 
 def test_runs_of_a_set_have_noise_of_their_own():
-    first, second = simulate_set(SPRING, [spring(0.118), spring(0.118)], 7)
+    first, second = (simulate(SPRING, spring(0.118), (7, number)) for number in range(2))
     assert first.truth["run"]["zero_reading"] != second.truth["run"]["zero_reading"]
     assert list(first.log.iloc[:20, 0]) != list(second.log.iloc[:20, 0])
 

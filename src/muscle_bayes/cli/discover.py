@@ -67,10 +67,10 @@ def discover(
 
     from muscle_bayes.data import read_runs
     from muscle_bayes.discovery.discover import discover as search
-    from muscle_bayes.discovery.summary import summary
     from muscle_bayes.inference.sampling.fit import EFFORTS, fit
     from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.discovery_figures import write_figures
+    from muscle_bayes.report.discovery_summary import summary
 
     compute_on(device)
     loaded = read_runs(runs)
@@ -117,7 +117,7 @@ def _show(console, found: "Discovery", out: Path) -> None:
     """Verdict, probabilities and what was added, as tables."""
     from rich.table import Table
 
-    from muscle_bayes.discovery.summary import verdict_text
+    from muscle_bayes.report.discovery_summary import verdict_text
 
     table = Table("missing", "probability")
     for name, probability in sorted(found.probabilities.items(), key=lambda item: -item[1])[:6]:

@@ -28,17 +28,6 @@ HOTTEST_EXCESS = 200.0
 """How far above the room the temperature is looked for that holds an angle [K]."""
 
 
-class OperatingPoint(NamedTuple):
-    """Where the joint is held by heating muscle B, A being at bias."""
-
-    state: np.ndarray
-    """In the order of STATES."""
-    duty: float
-    """Of muscle B."""
-    stiffness: float
-    """-d torque / d angle, HYST and temperatures held [N m / rad]."""
-
-
 def _rates(joint: Joint, bias: Array):
     """dx/dt of STATES as a function of (x, duty of B); A's excess stays at `bias` [K]."""
     heater, plant = joint.heater, resting_plant(joint)
@@ -58,16 +47,21 @@ def _rates(joint: Joint, bias: Array):
     return rates
 
 
-class _Held(NamedTuple):
+class OperatingPoint(NamedTuple):
+    """Where the joint is held by heating muscle B, A being at bias."""
+
     state: Array
+    """In the order of STATES."""
     duty: Array
+    """Of muscle B."""
     stiffness: Array
+    """-d torque / d angle, HYST and temperatures held [N m / rad]."""
     reachable: Array
     """Whether any temperature up to HOTTEST_EXCESS balances the torques."""
 
 
 @jax.jit
-def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
+def _held(joint: Joint, angle: Array, bias: Array) -> OperatingPoint:
     """The operating point, and whether there is one."""
     start = start_of(joint, jnp.zeros(()), jnp.zeros(()))
     plant, heater = resting_plant(joint), joint.heater
@@ -84,20 +78,13 @@ def _held(joint: Joint, angle: Array, bias: Array) -> _Held:
     duty = heater.holding_duty(excess, 1)
     turned = jnp.stack([angle, jnp.zeros(())])
     heat = jnp.stack([excess, duty / FULL_DUTY])
-    return _Held(jnp.concatenate([turned, start.hyst, heat]), duty, stiffness, reachable)
+    return OperatingPoint(jnp.concatenate([turned, start.hyst, heat]), duty, stiffness, reachable)
 
 
 @jax.jit
-def _matrices(joint: Joint, held: _Held, bias: Array) -> tuple[Array, Array]:
+def _matrices(joint: Joint, held: OperatingPoint, bias: Array) -> tuple[Array, Array]:
     """Derivatives of the rates with respect to state and duty."""
     return jax.jacfwd(_rates(joint, bias), (0, 1))(held.state, held.duty)
-
-
-def _reached(joint: Joint, angle: float, bias: float) -> _Held:
-    held = _held(joint, jnp.asarray(float(angle)), jnp.asarray(float(bias)))
-    if not bool(held.reachable):
-        raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
-    return held
 
 
 def operating_point(joint: Joint, angle: float, bias: float = 0.0) -> OperatingPoint:
@@ -105,8 +92,10 @@ def operating_point(joint: Joint, angle: float, bias: float = 0.0) -> OperatingP
 
     Raises MuscleBayesError where muscle B cannot hold the angle.
     """
-    held = _reached(joint, angle, bias)
-    return OperatingPoint(np.asarray(held.state), float(held.duty), float(held.stiffness))
+    held = _held(joint, jnp.asarray(float(angle)), jnp.asarray(float(bias)))
+    if not bool(held.reachable):
+        raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
+    return held
 
 
 def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateSpace:
@@ -116,7 +105,7 @@ def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateS
     Temperature filters among the effects are left out as well, and what effects remember is held as
     it is at rest. Raises as `operating_point`.
     """
-    held = _reached(joint, angle, bias)
+    held = operating_point(joint, angle, bias)
     a, b = _matrices(joint, held, jnp.asarray(float(bias)))
     c = np.eye(1, len(STATES))
     return control.ss(

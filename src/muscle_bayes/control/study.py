@@ -1,6 +1,6 @@
 """From draws of joints to judged laws: what is asked, gains of every law, and how they do on new joints."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from muscle_bayes.control.batch import Bank
@@ -15,8 +15,8 @@ from muscle_bayes.control.plant.draws import JointDraws
 from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.control.scenarios.thesis import STEP
 from muscle_bayes.control.tune import Effort, tune
+from muscle_bayes.progress import Report, silent
 
-Report = Callable[[str, int, int], None]
 SIMPLER: Final[Mapping[str, tuple[LawName, ...]]] = {
     "two-degrees": ("pi",),
     "feedforward": ("two-degrees", "pi"),
@@ -39,7 +39,7 @@ def asked(
     scenarios: Sequence[Scenario],
     limits: Mapping[str, float] | None = None,
     period: float = 0.03,
-    report: Report = lambda stage, done, total: None,
+    report: Report = silent,
 ) -> dict[str, Specification]:
     """What is asked of every scenario, given what the best input reaches on most joints."""
     return specifications(scenarios, feasible(draws, scenarios, period, report=report), limits)
@@ -57,7 +57,7 @@ def tuned_laws(
     period_ms: int = 30,
     notes: Sequence[str] = (),
     seed: int = 0,
-    report: Report = lambda stage, done, total: None,
+    report: Report = silent,
 ) -> TunedLaws:
     """Tune every law on the first `tuned_on` joints and judge it on the others, thesis' gains beside it.
 

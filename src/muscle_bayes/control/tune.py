@@ -1,6 +1,6 @@
 """Gains that meet the specifications with the highest probability over the draws."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -12,8 +12,7 @@ from muscle_bayes.control.judging.specification import Specification, cvar
 from muscle_bayes.control.laws.gains import Gains, law_of
 from muscle_bayes.control.laws.templates import Template
 from muscle_bayes.control.scenarios.scenario import Scenario
-
-Report = Callable[[str, int, int], None]
+from muscle_bayes.progress import Report, silent
 
 
 @dataclass(frozen=True)
@@ -39,13 +38,10 @@ class Tuning:
     gains: Gains
     probability: float
     """Share of the draws tuned on that meet every specification."""
-    mean_probability: float
-    """Mean over the scenarios of the share that meets each."""
     excess: float
     """95 % CVaR over them of the mean excess."""
     edges: tuple[str, ...]
     """Gains at an edge of the box."""
-    evaluations: int
 
     def _repr_html_(self) -> str:
         told = f"meets all with probability {self.probability:.2f}, excess {self.excess:.3g}"
@@ -84,7 +80,7 @@ def tune(
     known: Sequence[Gains] = (),
     effort: Effort | None = None,
     seed: int = 0,
-    report: Report = lambda stage, done, total: None,
+    report: Report = silent,
 ) -> Tuning:
     """Gains of a law that meet the specifications with the highest probability.
 
@@ -106,7 +102,7 @@ def tune(
     report(name, 1, stages)
     scores = _scores(bank, [template.at(x) for x in places], scenarios, specs)
     report(name, 2, stages)
-    count, width = effort.starts + effort.kept, 0.15
+    width = 0.15
     for number in range(effort.rounds):
         parents = places[_order(scores)[:3]]
         chosen = parents[generator.integers(len(parents), size=effort.tried)]
@@ -114,9 +110,8 @@ def tune(
         places = np.concatenate([places, near])
         more = _scores(bank, [template.at(x) for x in near], scenarios, specs)
         scores, width = np.concatenate([scores, more]), 0.5 * width
-        count += effort.tried
         report(name, number + 3, stages)
     best = _order(scores)[0]
     edges = tuple(template.edges(places[best]))
-    every, each, excess, _ = map(float, scores[best])
-    return Tuning(template.at(places[best]), every, each, excess, edges, count)
+    every, _, excess, _ = map(float, scores[best])
+    return Tuning(template.at(places[best]), every, excess, edges)

@@ -56,9 +56,11 @@ def toml_keys(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A number, flag, text or array of them in TOML."""
+    """A number, flag, text, array or inline table of them in TOML."""
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {toml_value(one)}' for key, one in value.items())} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):

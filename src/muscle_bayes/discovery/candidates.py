@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import biject_to
 
-from muscle_bayes.discovery.fit import Fitted, Start, explained_all
+from muscle_bayes.discovery.fit import Fitted, Search, Start
 from muscle_bayes.inference.search.nested import Nested, general, is_function
 from muscle_bayes.physics.effects import effect_type
 
@@ -62,20 +62,20 @@ class Visibility:
 
 
 def candidates(
-    nested: Nested,
+    search: Search,
     base: Fitted,
     effects: Sequence[str],
     seed: int,
     *,
     draws: int = 8,
     strengths: tuple[float, ...] = (1.0, 0.1, 0.01),
-    workers: int = 1,
 ) -> dict[str, list[Candidate]]:
     """Strengths of every effect beside `base`, most promising first; none that cannot be simulated.
 
     Strengths far from off are simulated, not extrapolated: an effect that acts only beyond some
     threshold has no slope where it is off.
     """
+    nested = search.nested
     rows = [
         (effect, strength, own)
         for number, effect in enumerate(effects)
@@ -86,7 +86,7 @@ def candidates(
         for e, _, o in rows
     ]
     found: dict[str, list[Candidate]] = {effect: [] for effect in effects}
-    seen = explained_all(nested, begun, workers)
+    seen = search.explained(begun)
     for (effect, strength, own), start, one in zip(rows, begun, seen, strict=True):
         errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in one.fits])
         if not (np.isfinite(float(one.potential)) and np.isfinite(errors).all()):

@@ -1,8 +1,6 @@
 """Draws of a fitted model's posterior, and what they say of its parameters and of every run."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -11,10 +9,10 @@ from jaxtyping import Float
 from scipy.special import gammaln, logsumexp
 
 from muscle_bayes.discovery.conditions import is_settled
-from muscle_bayes.discovery.fit import Fitted, Start, explained_all, whole_weights
+from muscle_bayes.discovery.fit import Fitted, Search, Start, whole_weights
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.result import Curve, Estimate
-from muscle_bayes.inference.posteriors.predict import Prediction, disturbances
+from muscle_bayes.inference.posteriors.predict import Prediction, by_run, disturbances
 from muscle_bayes.inference.search.nested import Nested, general, values_at
 from muscle_bayes.inference.search.nested_programs import values_of
 from muscle_bayes.physics.effects.empirical import TERMS, function_type, polynomial
@@ -60,15 +58,13 @@ class Draws:
 
 
 def sampled(
-    nested: Nested,
+    search: Search,
     fitted: Fitted,
-    seed: int,
     *,
     count: int = 160,
     rounds: int = 3,
     freedom: float = 7.0,
     least: float = 20.0,
-    workers: int = 1,
 ) -> Draws:
     """Draws of the posterior about a fitted point.
 
@@ -77,9 +73,8 @@ def sampled(
     (population Monte Carlo; weights are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008).
     Fewer than `least` effective draws are not trusted.
     """
-    rng, used = np.random.default_rng(seed), fitted.used
+    rng, used = np.random.default_rng(search.seed), fitted.used
     mean, covariance = fitted.point[:used].copy(), fitted.precision.inverse()
-    points, log_weight, effective = np.tile(fitted.point, (count, 1)), np.zeros(count), 0.0
     best = None
     for _ in range(rounds):
         root = np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))
@@ -96,7 +91,7 @@ def sampled(
             - 0.5 * (freedom + used) * np.log1p(square / freedom)
         )
         rows = [Start(fitted.effects, point, fitted.data) for point in points]
-        potential = [float(one.potential) for one in explained_all(nested, rows, workers)]
+        potential = [float(one.potential) for one in search.explained(rows)]
         log_weight = -np.nan_to_num(np.array(potential), nan=np.inf, posinf=np.inf) - log_q
         evidence = float(logsumexp(log_weight) - np.log(count))
         share = np.exp(log_weight - logsumexp(log_weight))
@@ -113,7 +108,7 @@ def sampled(
     assert best is not None
     effective, evidence, points, share = best
     if effective < least:
-        return Draws.laplace_of(fitted, seed, count, effective)
+        return Draws.laplace_of(fitted, search.seed, count, effective)
     chosen = rng.choice(count, count, p=share)
     return Draws(points[chosen], evidence, fitted.log_evidence, effective, good=True)
 
@@ -171,9 +166,9 @@ def undetermined(
     return tuple(str(name) for name in names[lost])
 
 
-def noise_floor(nested: Nested) -> dict[str, float]:
+def noise_floor(search: Search) -> dict[str, float]:
     """RMS that noise and rounding alone give in each run's settled mean readings [the log's unit]."""
-    error, start = error_of_reading(nested)["mean"], 0
+    nested, error, start = search.nested, error_of_reading(search), 0
     squares: dict[str, list[np.ndarray]] = {}
     for lanes, owners in zip(nested.data.lanes, nested.problem.lane_runs, strict=True):
         for lane, owner in enumerate(owners):
@@ -188,14 +183,7 @@ def noise_floor(nested: Nested) -> dict[str, float]:
 
 
 def predictions(
-    nested: Nested,
-    fitted: Fitted,
-    draws: Draws,
-    seed: int,
-    *,
-    count: int = 60,
-    share: float = 0.05,
-    workers: int = 1,
+    search: Search, fitted: Fitted, draws: Draws, *, count: int = 60, share: float = 0.05
 ) -> list[Prediction]:
     """Readings of every run about a fitted point, held-out parts included.
 
@@ -203,14 +191,15 @@ def predictions(
     which would themselves leave the curved ridges of the posterior. Directions that cannot be simulated
     are left out.
     """
-    layout, data = nested.layout, whole_weights(nested, fitted.data)
+    nested, layout = search.nested, search.nested.layout
+    data = whole_weights(nested, fitted.data)
     values = dict(values_at(jnp.asarray(fitted.point), fitted.choice, layout, data))
     chosen = draws.points[np.linspace(0, len(draws.points) - 1, count).astype(int)]
     near = fitted.point + share * (chosen - fitted.point)
     rows = [Start(fitted.effects, point, data) for point in (fitted.point, *near)]
-    found = [one for one in explained_all(nested, rows, workers) if np.isfinite(one.potential)]
-    keys = jax.random.split(jax.random.key(seed), len(found))
-    models, readings = [], []
+    found = [one for one in search.explained(rows) if np.isfinite(one.potential)]
+    keys = jax.random.split(jax.random.key(search.seed), len(found))
+    models, readings, strains = [], [], []
     for group, (lanes, regime) in enumerate(zip(data.lanes, layout.regimes, strict=True)):
         every = [np.asarray(lanes.reading - one.residuals[group]) for one in found]
         middle = every[0]
@@ -226,35 +215,6 @@ def predictions(
         ]
         models.append(model)
         readings.append(model + np.stack(extra))
-    return _by_run(nested, fitted, data.lanes, models, readings)
-
-
-def _by_run(
-    nested: Nested, fitted: Fitted, lanes_of: Any, models: Sequence, readings: Sequence
-) -> list[Prediction]:
-    """Pieces of all lanes joined, run by run."""
-    parts: dict[int, list[dict[str, np.ndarray]]] = {}
-    for group, (lanes, owners) in enumerate(zip(lanes_of, nested.problem.lane_runs, strict=True)):
         hyst = np.asarray(fitted.look.hyst[group])
-        for lane, owner in enumerate(owners):
-            seen = np.asarray(lanes.weight[lane] > 0)
-            piece = {
-                "time": np.asarray(lanes.time[lane])[seen],
-                "observed": np.asarray(lanes.reading[lane])[seen],
-                "model": models[group][:, lane][:, seen],
-                "reading": readings[group][:, lane][:, seen],
-                "hyst": np.tile(hyst[lane][seen], (len(models[group]), 1)),
-                "temperature": np.asarray(lanes.schedule.temperature[lane, 1:, 0])[seen],
-                "load": np.asarray(lanes.schedule.load[lane])[seen],
-            }
-            parts.setdefault(owner, []).append(piece)
-    result = []
-    for owner in sorted(parts):
-        run = nested.problem.runs[owner]
-        joined: dict[str, Any] = {
-            key: np.concatenate([part[key] for part in parts[owner]], axis=-1)
-            for key in parts[owner][0]
-        }
-        scale = run.output_sensor.sign * run.output_sensor.scale
-        result.append(Prediction(run=run.name, unit=run.unit, scale=scale, **joined))
-    return result
+        strains.append(np.broadcast_to(hyst, (len(model), *hyst.shape)))
+    return by_run(nested.problem, data.lanes, models, readings, strains)

@@ -1,8 +1,9 @@
 """Fit all: every candidate from every start is a row of one batch of least squares."""
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from time import monotonic
 from typing import Any, NamedTuple
 
 import jax
@@ -11,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from muscle_bayes.inference.model.discrepancy import LOG_2PI
-from muscle_bayes.inference.model.lane_model import Values
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME, Data
 from muscle_bayes.inference.model.reduction import with_swings
@@ -22,11 +22,7 @@ from muscle_bayes.inference.search.least_squares import least_squares
 from muscle_bayes.inference.search.nested import Choice, Nested, values_at
 from muscle_bayes.inference.search.nested_programs import Explained, Look, explained_at, look_at
 from muscle_bayes.inference.search.pivots import pivoted
-
-Tick = Callable[[], None]
-"""Called between steps: raises where a search has to stop."""
-Report = Callable[[str, int, int], None]
-"""Is told stage, done and total."""
+from muscle_bayes.progress import Report, silent
 
 
 class Start(NamedTuple):
@@ -95,154 +91,216 @@ class Fitted:
         return Start(self.effects, self.point, self.data)
 
 
-def fit_all(
-    nested: Nested,
-    starts: Sequence[Start],
-    held: Sequence[str] = (),
-    steps: int = 40,
-    *,
-    behind: float = np.inf,
-    groups: Sequence[Hashable] | None = None,
-    workers: int = 1,
-    tick: Tick = lambda: None,
-) -> list[Fitted]:
-    """Descend from all starts together; entries named in `held` stay. A fit for each start.
+class OutOfTime(Exception):
+    """The budget is spent."""
 
-    Rows that fall `behind` the best of their group [nat] rest. No step leads to a point whose
-    derivatives are not finite; a start that has none keeps its point and the potential inf.
-    """
-    layout = nested.layout
-    choices = [nested.choice(start.effects) for start in starts]
 
-    def looker(points: Sequence[np.ndarray], index: Sequence[int]) -> list[Look]:
-        tick()
-        found: dict[int, Look] = {}
-        for size in sorted({point.size for point in points}):
-            chosen = [k for k, point in enumerate(points) if point.size == size]
-            rows = [(points[k], choices[index[k]], starts[index[k]].data) for k in chosen]
-            found |= zip(chosen, of_rows(look_at, rows, layout, workers), strict=True)
-        return [found[k] for k in range(len(points))]
+@dataclass
+class Search:
+    """One model with every candidate, and how its rows are fitted: what each step of discovery takes."""
 
-    stay = [i for i, name in enumerate(nested.shared_names()) if name in held]
-    rows = least_squares(
-        looker,
-        [start.point for start in starts],
-        stay,
-        steps,
-        least_gain=0.1,
-        behind=behind,
-        groups=groups,
-    )
-    return [
-        Fitted(
-            start.effects,
-            row.point,
-            start.data,
-            choice,
-            row.look,
-            nested.shared + len(nested.slots_of(start.effects)),
+    nested: Nested
+    noise: Mapping[str, float] = field(default_factory=dict)
+    """White noise of a reading in each regime [the log's unit]."""
+    seed: int = 0
+    held: tuple[str, ...] = ()
+    """Names of runs that are held out."""
+    workers: int = 1
+    """Rows that are evaluated side by side; results do not depend on it."""
+    report: Report = silent
+    deadline: float = np.inf
+    """By which an answer is wanted, as `time.monotonic` counts."""
+
+    @property
+    def patient(self) -> "Search":
+        """The same without a deadline, for what is always done to its end."""
+        return replace(self, deadline=np.inf)
+
+    def tick(self) -> None:
+        """Raise where time is up."""
+        if monotonic() > self.deadline:
+            raise OutOfTime
+
+    def fit(
+        self,
+        starts: Sequence[Start],
+        held: Sequence[str] = (),
+        steps: int = 40,
+        *,
+        behind: float = np.inf,
+        groups: Sequence[Hashable] | None = None,
+    ) -> list[Fitted]:
+        """Descend from all starts together; entries named in `held` stay. A fit for each start.
+
+        Rows that fall `behind` the best of their group [nat] rest. No step leads to a point whose
+        derivatives are not finite; a start that has none keeps its point and the potential inf.
+        """
+        nested = self.nested
+        choices = [nested.choice(start.effects) for start in starts]
+
+        def looker(points: Sequence[np.ndarray], index: Sequence[int]) -> list[Look]:
+            self.tick()
+            rows = [(p, choices[k], starts[k].data) for p, k in zip(points, index, strict=True)]
+            return self._evaluated(look_at, rows)
+
+        stay = [i for i, name in enumerate(nested.shared_names()) if name in held]
+        points = [start.point for start in starts]
+        rows = least_squares(
+            looker, points, stay, steps, least_gain=0.1, behind=behind, groups=groups
         )
-        for start, choice, row in zip(starts, choices, rows, strict=True)
-    ]
+        return [
+            Fitted(
+                start.effects,
+                row.point,
+                start.data,
+                choice,
+                row.look,
+                nested.shared + len(nested.slots_of(start.effects)),
+            )
+            for start, choice, row in zip(starts, choices, rows, strict=True)
+        ]
 
+    def explained(self, starts: Sequence[Start]) -> list[Explained]:
+        """How every start explains the readings, without derivatives."""
+        rows = [(start.point, self.nested.choice(start.effects), start.data) for start in starts]
+        return jax.device_get(self._evaluated(explained_at, rows))
 
-def explained_all(nested: Nested, starts: Sequence[Start], workers: int = 1) -> list[Explained]:
-    """How every start explains the readings, without derivatives."""
-    rows = [(start.point, nested.choice(start.effects), start.data) for start in starts]
-    found: dict[int, Explained] = {}
-    for size in sorted({row[0].size for row in rows}):
-        chosen = [k for k, row in enumerate(rows) if row[0].size == size]
-        parts = of_rows(explained_at, [rows[k] for k in chosen], nested.layout, workers)
-        found |= zip(chosen, jax.device_get(parts), strict=True)
-    return [found[k] for k in range(len(rows))]
+    def _evaluated(self, program: Callable[..., Any], rows: Sequence[tuple]) -> list[Any]:
+        """A program of every row; points of one size share what is compiled."""
+        found: dict[int, Any] = {}
+        for size in sorted({row[0].size for row in rows}):
+            chosen = [k for k, row in enumerate(rows) if row[0].size == size]
+            same = [rows[k] for k in chosen]
+            parts = of_rows(program, same, self.nested.layout, self.workers)
+            found |= zip(chosen, parts, strict=True)
+        return [found[k] for k in range(len(rows))]
+
+    def misfit(self, residuals: Sequence, data: Data) -> dict[str, tuple[float, float]]:
+        """RMS residual of each regime's intervals [log's unit], and the readings in a usual interval."""
+        found: dict[str, tuple[float, float]] = {}
+        regimes = self.nested.layout.regimes
+        for regime in sorted(set(regimes)):
+            groups = [k for k, name in enumerate(regimes) if name == regime]
+            weights = [np.asarray(data.lanes[k].weight) for k in groups]
+            seen = np.concatenate([w[w > 0] for w in weights])
+            parts = [np.asarray(residuals[k])[w > 0] for k, w in zip(groups, weights, strict=True)]
+            rms = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+            found[regime] = (rms if np.isfinite(rms) else 1e6, float(np.median(seen)))
+        return found
+
+    def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
+        """Whether the misfit of some regime is so many times the noise of a reading."""
+        levels = self.misfit(fitted.look.residuals, fitted.data)
+        return any(rms > times * self.noise[regime] for regime, (rms, _) in levels.items())
+
+    def with_shared(self, start: Start, values: Mapping[str, float]) -> Start:
+        """The start with other values of shared, positive quantities."""
+        names, point = self.nested.shared_names(), start.point.copy()
+        for name, value in values.items():
+            point[names.index(name)] = np.log(max(value, 1e-300))
+        return start._replace(point=point)
+
+    def as_noise(self, start: Start, residuals: Sequence) -> Start:
+        """The start with its misfit taken for white noise."""
+        values = {}
+        for regime, (rms, readings) in self.misfit(residuals, start.data).items():
+            values[f"{regime}.noise"] = rms * np.sqrt(readings)
+            values[f"{regime}.discrepancy"] = 1e-3 * rms
+        return self.with_shared(start, values)
+
+    def as_lasting(self, start: Start, residuals: Sequence) -> Start:
+        """The start with the noise of a reading, and what is more of its misfit taken for lasting."""
+        lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
+        values = {}
+        for regime, (rms, _) in self.misfit(residuals, start.data).items():
+            noise = self.noise[regime]
+            values[f"{regime}.noise"] = noise
+            values[f"{regime}.discrepancy"] = max(rms, 0.1 * noise)
+            values[f"{regime}.correlation_time"] = lasts[regime]
+        return self.with_shared(start, values)
+
+    def annealed(
+        self,
+        starts: Sequence[Start],
+        groups: Sequence[Hashable],
+        rounds: Sequence[tuple[float, int]] = ((1.0, 4), (1.0, 6)),
+        behind: float = 300.0,
+    ) -> list[Start]:
+        """Starts after descents in which all misfit is white noise, best first.
+
+        Each of the `rounds` takes the first share of every run, and so many steps. The noise is set to
+        the misfit before each: large first, so that a lasting discrepancy does not hide what causes it,
+        then as small as the misfit has become. Starts that cannot be evaluated, or end `behind` the best
+        of their group [nat], are left out; what is returned has lasting noise.
+        """
+        held = noise_names(self.nested)
+        rows = list(zip(starts, groups, (start.data for start in starts), strict=True))
+        for share, count in rounds:
+            cut = [start._replace(data=first_share(data, share)) for start, _, data in rows]
+            begun = [
+                (self.as_noise(start, one.residuals), group, data)
+                for start, one, (_, group, data) in zip(cut, self.explained(cut), rows, strict=True)
+                if np.isfinite(float(one.potential))
+            ]
+            owners = [group for _, group, _ in begun]
+            own = [start for start, _, _ in begun]
+            fits = self.fit(own, held, count, behind=behind, groups=owners)
+            best: dict[Hashable, float] = {}
+            for fit, group in zip(fits, owners, strict=True):
+                best[group] = min(fit.potential, best.get(group, np.inf))
+            ended = sorted(zip(fits, begun, strict=True), key=lambda one: one[0].potential)
+            rows = [
+                (fit.start, group, data)
+                for fit, (_, group, data) in ended
+                if np.isfinite(fit.potential) and fit.potential <= best[group] + behind
+            ]
+        ends = [start._replace(data=data) for start, _, data in rows]
+        seen = self.explained(ends)
+        return [self.as_lasting(s, one.residuals) for s, one in zip(ends, seen, strict=True)]
+
+    def settled(self, fitted: Fitted, rounds: int = 3) -> Fitted:
+        """The fit with what its own point tells of the motion, and fitted with it.
+
+        Slow runs leave inertia out but for what it adds at one point, and segments are linear in their
+        starts about those that were most probable at one point. A model counts by the density with the
+        motion of its own point alone: of rounds, each with the motion of the last, the likeliest such.
+        """
+        best = self._with_own_motion(fitted)
+        for _ in range(rounds - 1):
+            (further,) = self.fit([best.start])
+            trial = self._with_own_motion(further)
+            if not trial.potential < best.potential - 1.0:
+                break
+            best = trial
+        return best
+
+    def _with_own_motion(self, fitted: Fitted) -> Fitted:
+        """The data with segments' pivots, and with what inertia adds, at the fit's own point."""
+        nested, layout = self.nested, self.nested.layout
+        values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, fitted.data)
+        draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
+        vector = unconstrained(draws, layout, fitted.data)[0]
+        data = pivoted(vector, layout, fitted.data)
+        data = with_swings(replace(nested.problem, data=data), values).data
+        (found,) = self.fit([fitted.start._replace(data=data)], steps=0)
+        return found
+
+    def slow(self, fitted: Fitted) -> Fitted:
+        """The fit without what inertia adds to slow motion, which is one point's own."""
+        lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in fitted.data.lanes)
+        (found,) = self.fit([fitted.start._replace(data=fitted.data._replace(lanes=lanes))])
+        return found
+
+    def with_effects(self, fitted: Fitted, effects: Sequence[str]) -> Start:
+        """A start of the model with some of the fit's effects alone, in this order."""
+        point = self.nested.point(sampled_values(self.nested, fitted), effects)
+        return Start(tuple(effects), point, fitted.data)
 
 
 def noise_names(nested: Nested) -> list[str]:
     """Names of the noise parameters among the shared entries."""
     keys = NoiseParameters._fields
     return [name for name in nested.shared_names() if name.rpartition(".")[2] in keys]
-
-
-def misfit(nested: Nested, residuals: Sequence, data: Data) -> dict[str, tuple[float, float]]:
-    """RMS residual of each regime's intervals [log's unit], and the readings in a usual interval."""
-    found: dict[str, tuple[float, float]] = {}
-    for regime in sorted(set(nested.layout.regimes)):
-        groups = [k for k, name in enumerate(nested.layout.regimes) if name == regime]
-        weights = [np.asarray(data.lanes[k].weight) for k in groups]
-        seen = np.concatenate([w[w > 0] for w in weights])
-        parts = [np.asarray(residuals[k])[w > 0] for k, w in zip(groups, weights, strict=True)]
-        rms = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
-        found[regime] = (rms if np.isfinite(rms) else 1e6, float(np.median(seen)))
-    return found
-
-
-def tempered(
-    nested: Nested, start: Start, residuals: Sequence, noise: dict[str, float] | None = None
-) -> Start:
-    """The start with its misfit taken for white noise, or, `noise` of a reading given, for lasting."""
-    names, point = nested.shared_names(), start.point.copy()
-    lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
-    for regime, (rms, readings) in misfit(nested, residuals, start.data).items():
-        values = {"noise": rms * np.sqrt(readings), "discrepancy": 1e-3 * rms}
-        if noise is not None:
-            values = {"noise": noise[regime], "discrepancy": max(rms, 0.1 * noise[regime])}
-            values["correlation_time"] = lasts[regime]
-        for key, value in values.items():
-            point[names.index(f"{regime}.{key}")] = np.log(max(value, 1e-300))
-    return start._replace(point=point)
-
-
-def annealed(
-    nested: Nested,
-    starts: Sequence[Start],
-    noise: dict[str, float],
-    groups: Sequence[Hashable],
-    *,
-    rounds: Sequence[tuple[float, int]] = ((1.0, 4), (1.0, 6)),
-    behind: float = 300.0,
-    workers: int = 1,
-    tick: Tick = lambda: None,
-) -> list[Start]:
-    """Starts after descents in which all misfit is white noise, best of each group first.
-
-    Each of the `rounds` takes the first share of every run, and so many steps. The noise is set to the
-    misfit before each: large first, so that a lasting discrepancy does not hide what causes it, then as
-    small as the misfit has become. Starts that cannot be evaluated, or end `behind` the best of their group
-    [nat], are left out; what is returned has lasting noise.
-    """
-    held = noise_names(nested)
-    rows = list(zip(starts, groups, (start.data for start in starts), strict=True))
-    for share, count in rounds:
-        cut = [start._replace(data=first_share(data, share)) for start, _, data in rows]
-        seen = explained_all(nested, cut, workers)
-        begun = [
-            (tempered(nested, start, one.residuals), *row[1:])
-            for start, one, row in zip(cut, seen, rows, strict=True)
-            if np.isfinite(float(one.potential))
-        ]
-        owners = [group for _, group, _ in begun]
-        fits = fit_all(
-            nested,
-            [start for start, _, _ in begun],
-            held,
-            count,
-            behind=behind,
-            groups=owners,
-            workers=workers,
-            tick=tick,
-        )
-        best: dict[Hashable, float] = {}
-        for fit, group in zip(fits, owners, strict=True):
-            best[group] = min(fit.potential, best.get(group, np.inf))
-        kept = [
-            (fit.potential, fit.start, *row[1:])
-            for fit, row in zip(fits, begun, strict=True)
-            if np.isfinite(fit.potential) and fit.potential <= best[row[1]] + behind
-        ]
-        rows = [row for _, *row in sorted(kept, key=lambda one: one[0])]  # type: ignore[misc]
-    ends = [start._replace(data=data) for start, _, data in rows]
-    seen = explained_all(nested, ends, workers)
-    return [tempered(nested, s, one.residuals, noise) for s, one in zip(ends, seen, strict=True)]
 
 
 def first_share(data: Data, share: float, fewest: int = 12) -> Data:
@@ -253,44 +311,6 @@ def first_share(data: Data, share: float, fewest: int = 12) -> Data:
         seen = rank <= jnp.maximum(share * rank[:, -1:], fewest)
         lanes.append(group._replace(weight=jnp.where(seen, group.weight, 0.0)))
     return data._replace(lanes=tuple(lanes))
-
-
-def settled(nested: Nested, fitted: Fitted, rounds: int = 3, workers: int = 1) -> Fitted:
-    """The fit with what its own point tells of the motion, and fitted with it.
-
-    Slow runs leave inertia out but for what it adds at one point, and segments are linear in their starts
-    about those that were most probable at one point. A model counts by the density with the motion of its
-    own point alone: of rounds, each with the motion of the last, the likeliest such.
-    """
-    best = _with_own_motion(nested, fitted)
-    for _ in range(rounds - 1):
-        (further,) = fit_all(nested, [best.start], workers=workers)
-        trial = _with_own_motion(nested, further)
-        if not trial.potential < best.potential - 1.0:
-            break
-        best = trial
-    return best
-
-
-def _with_own_motion(nested: Nested, fitted: Fitted) -> Fitted:
-    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
-    start = fitted.start._replace(data=_own_motion(nested, values, fitted.data))
-    (found,) = fit_all(nested, [start], steps=0)
-    return found
-
-
-def _own_motion(nested: Nested, values: Values, data: Data) -> Data:
-    """The data with segments' pivots, and with what inertia adds, at these values."""
-    draws = {name: jnp.asarray(values[name])[None] for name, _ in nested.layout.shapes}
-    vector = unconstrained(draws, nested.layout, data)[0]
-    data = pivoted(vector, nested.layout, data)
-    return with_swings(replace(nested.problem, data=data), values).data
-
-
-def in_slow_motion(fitted: Fitted) -> Start:
-    """The fit as a start in data without what inertia adds to slow motion, which is one point's own."""
-    lanes = tuple(one._replace(swing=jnp.zeros_like(one.swing)) for one in fitted.data.lanes)
-    return fitted.start._replace(data=fitted.data._replace(lanes=lanes))
 
 
 def whole_weights(nested: Nested, data: Data) -> Data:
@@ -308,9 +328,3 @@ def sampled_values(nested: Nested, fitted: Fitted) -> dict[str, Any]:
         size = values[f"{regime}.discrepancy"]
         values[f"{regime}.discrepancy"] = np.sqrt(max(size**2 - least**2, (1e-6 * size) ** 2))
     return values
-
-
-def with_effects(nested: Nested, fitted: Fitted, effects: Sequence[str]) -> Start:
-    """A start of the model with some of the fit's effects alone, in this order."""
-    point = nested.point(sampled_values(nested, fitted), effects)
-    return Start(tuple(effects), point, fitted.data)

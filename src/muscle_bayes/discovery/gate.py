@@ -1,16 +1,17 @@
 """Gate: whether an effect predicts readings better that the fit has not seen (cross-validation)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.discovery.fit import Fitted, Start, Tick, explained_all, fit_all, whole_weights
-from muscle_bayes.discovery.nominal import error_of_reading, without_blocks
+from muscle_bayes.discovery.fit import Fitted, Search, Start, whole_weights
+from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.weigh import blocks_of, in_dispute
-from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.model.problem import Data
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,12 @@ class Unseen:
 
     def __init__(
         self,
-        nested: Nested,
+        search: Search,
         models: Mapping[str, Fitted],
         blocks: Int[np.ndarray, " error"],
         *,
         folds: int = 4,
         steps: int = 10,
-        workers: int = 1,
-        tick: Tick = lambda: None,
     ) -> None:
         self.blocks = blocks
         hidden = [
@@ -63,13 +62,12 @@ class Unseen:
             for one in models.values()
             for some in hidden
         ]
-        trained = fit_all(nested, rows, steps=steps, workers=workers, tick=tick)
+        trained = search.fit(rows, steps=steps)
         whole = [
             Start(fit.effects, fit.point, one.data)
             for fit, one in zip(trained, [m for m in models.values() for _ in hidden], strict=True)
         ]
-        seen = explained_all(nested, whole, workers)
-        scale = error_of_reading(nested)["mean"]
+        seen, scale = search.explained(whole), error_of_reading(search)
         self.log_density: dict[str, Float[np.ndarray, " error"]] = {}
         self.squares: dict[str, Float[np.ndarray, " error"]] = {}
         for index, name in enumerate(models):
@@ -95,6 +93,17 @@ class Unseen:
         return won / gap if gap > 0.0 else 0.0
 
 
+def without_blocks(data: Data, blocks: Int[np.ndarray, " error"], chosen: Collection[int]) -> Data:
+    """The data without these blocks of readings."""
+    lanes, start = [], 0
+    for group in data.lanes:
+        own = blocks[start : start + group.weight.size].reshape(group.weight.shape)
+        start += group.weight.size
+        hidden = jnp.asarray(np.isin(own, list(chosen)))
+        lanes.append(group._replace(weight=jnp.where(hidden, 0.0, group.weight)))
+    return data._replace(lanes=tuple(lanes))
+
+
 def gate_of(
     difference: Float[np.ndarray, " error"], blocks: Int[np.ndarray, " error"], by: str
 ) -> Gate:
@@ -106,23 +115,17 @@ def gate_of(
     return Gate(float(sums.sum()), float(spread), by)
 
 
-def gate_by_runs(
-    nested: Nested,
-    before: Fitted,
-    after: Fitted,
-    lines: Sequence[Trace],
-    held: Sequence[str],
-    workers: int = 1,
-) -> Gate:
+def gate_by_runs(search: Search, before: Fitted, after: Fitted, lines: Sequence[Trace]) -> Gate:
     """By runs that were held out, of which `before` and `after` have seen only the start.
 
     The log predictive density of a run given the others is the log evidence of all less that of the
     others (Laplace): what is not known of the run's own start is integrated out.
     """
-    rows = [one.start._replace(data=whole_weights(nested, one.data)) for one in (before, after)]
-    less, more = fit_all(nested, rows, workers=workers)
+    models = before, after
+    rows = [one.start._replace(data=whole_weights(search.nested, one.data)) for one in models]
+    less, more = search.fit(rows)
     gain = (more.log_evidence - after.log_evidence) - (less.log_evidence - before.log_evidence)
     difference = more.log_densities - less.log_densities
-    blocks = blocks_of([one for one in lines if one.run in held], in_dispute(more, less))
+    blocks = blocks_of([one for one in lines if one.run in search.held], in_dispute(more, less))
     found = gate_of(difference, blocks, "runs")
     return Gate(float(gain), found.se, "runs")

@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float, Int
 from scipy.stats import gumbel_r, norm
 
 from muscle_bayes.discovery.conditions import Trace, is_settled, traces, where
-from muscle_bayes.discovery.fit import Fitted, fit_all, noise_names
-from muscle_bayes.discovery.nominal import error_of_reading, noise_by_regime, noise_of_reading
+from muscle_bayes.discovery.fit import Fitted, Search, noise_names
+from muscle_bayes.discovery.nominal import error_of_reading, noise_of_reading
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
 from muscle_bayes.inference.search.factored import FactoredPrecision
@@ -91,26 +91,24 @@ class MisfitMap:
         return f"<p><b>Misfit map</b>: {escape(repr(self))}</p>{table}"
 
 
-def without_misfit(nested: Nested, fitted: Fitted, workers: int = 1) -> Fitted:
+def without_misfit(search: Search, fitted: Fitted) -> Fitted:
     """The same model fitted anew as if readings had nothing but noise, and a tolerated misfit."""
-    names = nested.shared_names()
-    point, held = fitted.point.copy(), list[str]()
     lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
-    for regime, level in noise_by_regime(nested.problem).items():
-        # What is tolerated is in the model already.
-        noise = (level, 1e-3 * level, lasts[regime])
-        for key, value in zip(NoiseParameters._fields, noise, strict=True):
-            held.append(f"{regime}.{key}")
-            point[names.index(held[-1])] = np.log(value)
-    (found,) = fit_all(nested, [fitted.start._replace(point=point)], held, workers=workers)
+    # What is tolerated is in the model already.
+    values = {
+        f"{regime}.{key}": value
+        for regime, level in search.noise.items()
+        for key, value in zip(
+            NoiseParameters._fields, (level, 1e-3 * level, lasts[regime]), strict=True
+        )
+    }
+    (found,) = search.patient.fit([search.with_shared(fitted.start, values)], list(values))
     return found
 
 
-def locate(
-    nested: Nested, fitted: Fitted, seed: int, *, replicates: int = 400, workers: int = 1
-) -> MisfitMap:
+def locate(search: Search, fitted: Fitted, *, replicates: int = 400) -> MisfitMap:
     """Windows of all lengths, in every run, against `replicates` that the model itself would give."""
-    judged = without_misfit(nested, fitted, workers)
+    nested, judged = search.nested, without_misfit(search, fitted)
     lines = [_settled(line) for line in traces(nested, judged)]
     order = np.concatenate([line.place for line in lines])
     names = np.array(nested.shared_names())
@@ -122,13 +120,13 @@ def locate(
         judged.jacobian[order][:, free],
         information[np.ix_(free, free)],
         [line.time.size for line in lines],
-        replicated_errors(nested, judged, replicates, seed)[order],
+        replicated_errors(nested, judged, replicates, search.seed)[order],
     )
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
     whole = max(every, sum(found.excess(index).sum() for index in chosen), 1e-12)
     thermal = np.concatenate([np.asarray(one.thermal).ravel() for one in judged.data.lanes])
-    error = np.sqrt(error_of_reading(nested)["mean"] ** 2 + thermal)
+    error = np.sqrt(error_of_reading(search) ** 2 + thermal)
     windows = tuple(_told(nested, lines, found, index, whole, error) for index in chosen)
     return MisfitMap(windows, float(found.p_value.min()), every, tuple(lines))
 

@@ -2,15 +2,16 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.fit import Fitted, Start, fit_all, sampled_values, settled
+from muscle_bayes.discovery.fit import Fitted, Search, Start, sampled_values
 from muscle_bayes.inference.model.problem import Data, Problem, pose
 from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
 from muscle_bayes.inference.running.programs import constrained_at
@@ -50,16 +51,17 @@ def nominal(
     friction: Friction,
     effects: Sequence[str],
     candidates: Sequence[str],
-    hold_out: Sequence[str],
-    seed: int,
-    workers: int = 1,
-) -> tuple[Nested, Fitted]:
+    hold_out: Sequence[str] = (),
+    seed: int = 0,
+    **more: Any,
+) -> tuple[Search, Fitted]:
     """The model that holds all candidates, and the fit without any, with its own motion.
 
-    Runs in `hold_out` count with their first part only, which tells their own start.
+    Runs in `hold_out` count with their first part only, which tells their own start. `more` goes to Search.
     """
     problem = pose(runs, friction, effects)
     seen = without_runs(problem, problem.data, hold_out)
+    workers = more.get("workers", 1)
     mode = find_mode(
         jax.random.key(seed), problem.layout, seen, workers=workers, most_starts=16, agreeing=(3, 6)
     )
@@ -69,21 +71,18 @@ def nominal(
     noise = noise_by_regime(posed)
     tolerated = {regime: TOLERATED[regime] * level for regime, level in noise.items()}
     whole = replace(posed, data=posed.data._replace(lanes=problem.data.lanes))
-    nested = Nested(whole, tolerated)
-    start = Start(
-        tuple(effects),
-        nested.point(values, effects),
-        posed.data._replace(lanes=data.lanes),
-    )
-    (fitted,) = fit_all(nested, [start], workers=workers)
-    return nested, settled(nested, fitted, workers=workers)
+    search = Search(Nested(whole, tolerated), noise, seed, tuple(hold_out), **more)
+    point = search.nested.point(values, effects)
+    start = Start(tuple(effects), point, posed.data._replace(lanes=data.lanes))
+    (fitted,) = search.fit([start])
+    return search, search.settled(fitted)
 
 
 def nest(
-    nested: Nested, effects: Sequence[str], fits: Sequence[Fitted], slots: int
-) -> tuple[Nested, list[Fitted]]:
-    """The model that holds these effects instead of its candidates, and fits carried over to it."""
-    problem = nested.problem
+    search: Search, effects: Sequence[str], fits: Sequence[Fitted]
+) -> tuple[Search, list[Fitted]]:
+    """The search in a model with these effects instead of its candidates, and fits carried over to it."""
+    nested, problem = search.nested, search.nested.problem
     posed = pose(problem.runs, problem.layout.friction, tuple(effects))
     other = Nested(replace(posed, data=posed.data._replace(lanes=problem.data.lanes)), nested.least)
     starts = [
@@ -94,7 +93,8 @@ def nest(
         )
         for one in fits
     ]
-    return other, fit_all(other, starts, steps=0)
+    inner = replace(search, nested=other)
+    return inner, inner.fit(starts, steps=0)
 
 
 def without_runs(problem: Problem, data: Data, names: Collection[str]) -> Data:
@@ -108,26 +108,12 @@ def without_runs(problem: Problem, data: Data, names: Collection[str]) -> Data:
     return data._replace(lanes=tuple(lanes))
 
 
-def without_blocks(data: Data, blocks: Int[np.ndarray, " error"], chosen: Collection[int]) -> Data:
-    """The data without these blocks of readings."""
-    lanes, start = [], 0
-    for group in data.lanes:
-        own = blocks[start : start + group.weight.size].reshape(group.weight.shape)
-        start += group.weight.size
-        hidden = jnp.asarray(np.isin(own, list(chosen)))
-        lanes.append(group._replace(weight=jnp.where(hidden, 0.0, group.weight)))
-    return data._replace(lanes=tuple(lanes))
-
-
-def error_of_reading(nested: Nested) -> dict[str, Float[np.ndarray, " error"]]:
-    """Noise and rounding of the mean reading of each interval [the log's unit], by "mean" and "single"."""
-    noise = noise_by_regime(nested.problem)
-    parts: dict[str, list[np.ndarray]] = {"mean": [], "single": []}
+def error_of_reading(search: Search) -> Float[np.ndarray, " error"]:
+    """Noise and rounding of the mean reading of each interval [the log's unit]."""
+    nested, parts = search.nested, []
     for lanes, regime in zip(nested.data.lanes, nested.layout.regimes, strict=True):
         weight, quantum = np.asarray(lanes.weight), np.asarray(lanes.quantum)[:, None]
         rounding = quantum**2 * np.asarray(lanes.coarse)
-        mean = np.sqrt(noise[regime] ** 2 / np.maximum(weight, 1.0) + rounding)
-        single = np.hypot(noise[regime], quantum / np.sqrt(12.0)) + np.zeros_like(weight)
-        parts["mean"].append(mean.ravel())
-        parts["single"].append(single.ravel())
-    return {key: np.concatenate(found) for key, found in parts.items()}
+        mean = np.sqrt(search.noise[regime] ** 2 / np.maximum(weight, 1.0) + rounding)
+        parts.append(mean.ravel())
+    return np.concatenate(parts)

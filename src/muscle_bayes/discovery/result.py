@@ -1,6 +1,5 @@
 """What discovery found."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from html import escape
@@ -12,8 +11,9 @@ from muscle_bayes.criticism.coverage import RunCheck
 from muscle_bayes.discovery.candidates import Visibility
 from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import Located, MisfitMap
-from muscle_bayes.discovery.weigh import NONE, UNKNOWN, Naming
+from muscle_bayes.discovery.weigh import Naming
 from muscle_bayes.inference.posteriors.predict import Prediction
+from muscle_bayes.json_file import plain
 from muscle_bayes.markup import html_table
 
 
@@ -160,33 +160,27 @@ class Discovery:
 
     def as_dict(self) -> dict[str, Any]:
         """DISCOVERY.json."""
-        verdict = self.verdict if isinstance(self.verdict, str) else list(self.verdict)
-        return {
-            "verdict": verdict,
-            "probabilities": dict(self.probabilities),
-            "ties": [list(tie) for tie in self.ties],
+        following, held = self.next_experiment, self.held_out
+        found = {
+            "verdict": self.verdict,
+            "probabilities": self.probabilities,
+            "ties": self.ties,
             "located": [_window(one) for one in self.located.windows],
             "misfit_p_value": self.located.p_value,
-            "steps": [_step(step, self.held_out, self.floor) for step in self.steps],
-            "noise_floor": dict(self.floor),
+            "steps": [_step(step, held, self.floor) for step in self.steps],
+            "noise_floor": self.floor,
             "left": [_window(one) for one in self.final.misfit.windows],
-            "next_experiment": None
-            if self.next_experiment is None
-            else asdict(self.next_experiment),
+            "next_experiment": None if following is None else asdict(following),
             "stopped_because": self.stopped_because,
             "visible": None if self.visible is None else asdict(self.visible),
-            "checks": list(self.checks),
-            "not_searched": list(self.not_searched),
-            "remainder": None
-            if self.remainder is None
-            else _step(self.remainder, self.held_out, self.floor),
+            "checks": self.checks,
+            "not_searched": self.not_searched,
+            "remainder": self.remainder and _step(self.remainder, held, self.floor),
             "smallest_misfit_steps": self.smallest,
-            "held_out": list(self.held_out),
+            "held_out": held,
             "seed": self.seed,
         }
-
-    def to_json(self) -> str:
-        return json.dumps(self.as_dict(), indent=2)
+        return plain(found)
 
     def __repr__(self) -> str:
         return f"Discovery({_verdict(self.verdict)}; {self.stopped_because})"
@@ -218,23 +212,8 @@ def _window(one: Located) -> dict[str, Any]:
 
 
 def _shown(judged: Judged, runs: list[str]) -> dict[str, Any]:
-    return {
-        run: {
-            "rmse": judged.checks[run].rmse,
-            "unit": judged.checks[run].unit,
-            "coverage90": judged.checks[run].coverage90,
-            "pit_distance": judged.checks[run].pit_distance,
-        }
-        for run in runs
-    }
-
-
-def _curve(curve: Curve) -> dict[str, Any]:
-    """Arrays as lists."""
-    return {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in asdict(curve).items()
-    }
+    keys = ("rmse", "unit", "coverage90", "pit_distance")
+    return {run: {key: getattr(judged.checks[run], key) for key in keys} for run in runs}
 
 
 def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict[str, Any]:
@@ -244,19 +223,16 @@ def _step(step: Step, held: tuple[str, ...], floor: Mapping[str, float]) -> dict
         "added": step.added,
         "effect": step.effect,
         "port": step.port,
-        "signals": list(step.signals),
+        "signals": step.signals,
         "probability": step.probability,
-        "tie": list(step.tie),
+        "tie": step.tie,
         "parameters": {name: asdict(one) for name, one in step.parameters.items()},
-        "curve": None if step.curve is None else _curve(step.curve),
+        "curve": None if step.curve is None else asdict(step.curve),
         "before": _shown(step.before, fitted),
         "after": _shown(step.after, fitted),
         "held_out": {"before": _shown(step.before, kept), "after": _shown(step.after, kept)},
         "gate": {**asdict(step.gate), "passed": step.gate.passed},
         "closed": {run: step.closed(run, floor[run]) for run in step.after.checks},
-        "undetermined": list(step.weakened),
+        "undetermined": step.weakened,
         "share": step.share,
     }
-
-
-__all__ = ["NONE", "UNKNOWN", "Curve", "Discovery", "Estimate", "Judged", "NextExperiment", "Step"]

@@ -1,78 +1,22 @@
 """One step of discovery: candidates from every start fitted together, and the model without them too."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from time import monotonic
 
 import numpy as np
 
 from muscle_bayes.discovery.candidates import Candidate, candidates, promising
-from muscle_bayes.discovery.fit import (
-    Fitted,
-    Report,
-    Start,
-    annealed,
-    explained_all,
-    fit_all,
-    in_slow_motion,
-    misfit,
-    noise_names,
-    settled,
-    tempered,
-)
-from muscle_bayes.discovery.nominal import noise_by_regime
-from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.discovery.fit import Fitted, Search, Start, noise_names
 from muscle_bayes.inference.search.other_basins import alternatives
 
 
-class OutOfTime(Exception):
-    """The budget is spent."""
-
-
-@dataclass
-class Search:
-    """What every step needs."""
-
-    nested: Nested
-    seed: int
-    held: tuple[str, ...] = ()
-    """Names of runs that are held out."""
-    workers: int = 1
-    """Rows that are evaluated side by side; results do not depend on it."""
-    report: Report = lambda stage, done, total: None
-    deadline: float = np.inf
-    """By which an answer is wanted, as `time.monotonic` counts."""
-    noise: dict[str, float] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.noise = noise_by_regime(self.nested.problem)
-
-    def tick(self) -> None:
-        """Raise where time is up."""
-        if monotonic() > self.deadline:
-            raise OutOfTime
-
-    def fit(self, starts: Sequence[Start], **options) -> list[Fitted]:
-        """`fit_all` in this search."""
-        return fit_all(self.nested, starts, workers=self.workers, tick=self.tick, **options)
-
-    def anneal(self, starts: Sequence[Start], groups: Sequence[str], **options) -> list[Start]:
-        """`annealed` in this search."""
-        return annealed(
-            self.nested, starts, self.noise, groups, workers=self.workers, tick=self.tick, **options
-        )
-
-    def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
-        """Whether the misfit of some regime is so many times the noise of a reading."""
-        levels = misfit(self.nested, fitted.look.residuals, fitted.data)
-        return any(rms > times * self.noise[regime] for regime, (rms, _) in levels.items())
-
-    def scored(self, base: Fitted, names: Sequence[str], seed: int) -> dict[str, list[Candidate]]:
-        """Candidates beside `base`; where its misfit is large, as if that were white noise."""
-        if self.is_gross(base):
-            start = tempered(self.nested, base.start, base.look.residuals)
-            (base,) = self.fit([start], held=noise_names(self.nested), steps=15)
-        return candidates(self.nested, base, names, seed, workers=self.workers)
+def scored(
+    search: Search, base: Fitted, names: Sequence[str], seed: int
+) -> dict[str, list[Candidate]]:
+    """Candidates beside `base`; where its misfit is large, as if that were white noise."""
+    if search.is_gross(base):
+        start = search.as_noise(base.start, base.look.residuals)
+        (base,) = search.fit([start], held=noise_names(search.nested), steps=15)
+    return candidates(search, base, names, seed)
 
 
 def fit_candidates(
@@ -88,35 +32,33 @@ def fit_candidates(
     _keep(fits, _other_basins(search, [fits[name] for name in likely]))
     for name in likely[:2]:
         search.report(f"{name} again", 0, 1)
-        again = _from_new_draws(search, base, fits[name])
-        _keep(fits, again)
+        _keep(fits, _from_new_draws(search, base, fits[name]))
     # The model without the candidate, from where the likeliest led: one that stays at a poor local
     # maximum would make all of them look needed.
-    room = base.point.size - base.used
-    starts = [
-        Start(base.effects, np.concatenate([f.point[: base.used], np.zeros(room)]), f.data)
-        for f in (fits[name] for name in _likeliest(fits, 3))
-    ]
-    return max([base, *search.fit(starts)], key=_evidence), fits
+    starts = [_without(base, fits[name]) for name in _likeliest(fits, 3)]
+    return max([base, *search.fit(starts)], key=evidence), fits
+
+
+def _without(base: Fitted, fitted: Fitted) -> Start:
+    """A start of the base's model at a candidate's point."""
+    room = np.zeros(base.point.size - base.used)
+    return Start(base.effects, np.concatenate([fitted.point[: base.used], room]), fitted.data)
 
 
 def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> dict[str, Fitted]:
     """All starts of all candidates as one batch: annealed, then each one's best two to the end."""
-    chosen = [one for some in screened.values() for one in promising(some)]
+    chosen = [one.start for some in screened.values() for one in promising(some)]
+    effects = [start.effects[-1] for start in chosen]
     search.report("candidates", 0, len(screened))
-    ends = search.anneal([one.start for one in chosen], [one.effect for one in chosen])
-    best: dict[str, list[Start]] = {}
-    for start in ends:
-        best.setdefault(start.effects[-1], []).append(start)
-    finals = [start for some in best.values() for start in some[:2]]
+    finals = _best_two(search.annealed(chosen, effects))
     fits: dict[str, Fitted] = {}
     search.report("candidates", len(screened) // 2, len(screened))
     # With lasting noise a point begins far above where it soon is: none is given up before that.
     begun = [one.start for one in search.fit(finals, steps=8)]
     _keep(fits, search.fit(begun, behind=200.0))
-    if fits and search.is_gross(max(fits.values(), key=_evidence)):
+    if fits and search.is_gross(max(fits.values(), key=evidence)):
         search.report("candidates, along the runs", 0, 1)
-        _keep(fits, _along_the_runs(search, [one.start for one in chosen]))
+        _keep(fits, _along_the_runs(search, chosen))
     search.report("candidates", len(screened), len(screened))
     return fits
 
@@ -136,27 +78,34 @@ def _along_the_runs(
     """
     effects = [start.effects[-1] for start in starts]
     rounds = [(share, steps) for share in shares]
-    return search.fit(search.anneal(starts, effects, rounds=rounds, behind=behind)[:most])
+    return search.fit(search.annealed(starts, effects, rounds, behind)[:most])
 
 
-def _evidence(one: Fitted) -> float:
+def evidence(one: Fitted) -> float:
+    """By which models are ordered."""
     return one.log_evidence
+
+
+def _best_two(starts: Sequence[Start]) -> list[Start]:
+    """The first two starts of every effect."""
+    best: dict[str, list[Start]] = {}
+    for start in starts:
+        best.setdefault(start.effects[-1], []).append(start)
+    return [start for some in best.values() for start in some[:2]]
 
 
 def _keep(fits: dict[str, Fitted], found: Sequence[Fitted]) -> None:
     """The likelier of each candidate's fits; none that cannot be evaluated."""
     for one in found:
-        name = one.effects[-1]
-        if np.isfinite(one.log_evidence) and (
-            name not in fits or one.log_evidence > fits[name].log_evidence
-        ):
-            fits[name] = one
+        known = fits.get(one.effects[-1])
+        if np.isfinite(evidence(one)) and (known is None or evidence(one) > evidence(known)):
+            fits[one.effects[-1]] = one
 
 
 def _likeliest(fits: Mapping[str, Fitted], most: int, behind: float = 100.0) -> list[str]:
     """Names, likeliest first, none too far behind."""
-    order = sorted(fits, key=lambda name: -fits[name].log_evidence)[:most]
-    return [n for n in order if fits[n].log_evidence > fits[order[0]].log_evidence - behind]
+    order = sorted(fits, key=lambda name: -evidence(fits[name]))[:most]
+    return [n for n in order if evidence(fits[n]) > evidence(fits[order[0]]) - behind]
 
 
 def _from_new_draws(search: Search, base: Fitted, fitted: Fitted) -> list[Fitted]:
@@ -164,14 +113,12 @@ def _from_new_draws(search: Search, base: Fitted, fitted: Fitted) -> list[Fitted
 
     Beside those of `base`, which knows nothing of the effect, draws may lead to poor local maxima.
     """
-    room = np.zeros(base.point.size - base.used)
-    point = np.concatenate([fitted.point[: base.used], room])
-    (there,) = search.fit([Start(base.effects, point, fitted.data)], steps=0)
+    (there,) = search.fit([_without(base, fitted)], steps=0)
     if not np.isfinite(there.potential):
         return []
     name = fitted.effects[-1]
-    starts = promising(search.scored(there, [name], search.seed + 1000)[name])
-    return search.fit(search.anneal([one.start for one in starts], [name] * len(starts))[:2])
+    starts = promising(scored(search, there, [name], search.seed + 1000)[name])
+    return search.fit(search.annealed([one.start for one in starts], [name] * len(starts))[:2])
 
 
 def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> list[Fitted]:
@@ -179,20 +126,20 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
 
     Only where some reading changes by `seen` of its noise.
     """
-    nested, rows = search.nested, list[Start]()
-    for one in fits:
-        names = np.array(nested.shared_names())
-        for name, value in _moves(nested, one):
-            point = one.point.copy()
-            point[np.flatnonzero(names == name)[0]] = value
-            rows.append(one.start._replace(point=point))
+    nested, rows, every = search.nested, list[Start](), [one.start for one in fits]
+    plain = [name.partition("[")[0] for name in nested.shared_names()]
+    for start in every:
+        own = start.point[: nested.shared]
+        for entry, value, _ in alternatives(own, plain, nested.layout, nested.data):
+            point = start.point.copy()
+            point[entry] = value
+            rows.append(start._replace(point=point))
     if not rows:
         return []
     search.report("other basins", 0, len(rows))
-    every = [one.start for one in fits]
-    here = dict(zip((s.effects for s in every), explained_all(nested, every), strict=True))
+    here = dict(zip((s.effects for s in every), search.explained(every), strict=True))
     kept = []
-    for row, there in zip(rows, explained_all(nested, rows, search.workers), strict=True):
+    for row, there in zip(rows, search.explained(rows), strict=True):
         away = max(
             float(np.abs((a - b)[np.asarray(lanes.weight) > 0]).max() / search.noise[regime])
             for a, b, lanes, regime in zip(
@@ -206,23 +153,7 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
         if np.isfinite(away) and away > seen:
             kept.append(row)
     groups = [row.effects[-1] for row in kept]
-    begun = search.anneal(kept, groups, rounds=[(1.0, 6)], behind=100.0)
-    best: dict[str, list[Start]] = {}
-    for start in begun:
-        best.setdefault(start.effects[-1], []).append(start)
-    return search.fit([start for some in best.values() for start in some[:2]])
-
-
-def _moves(nested: Nested, fitted: Fitted) -> list[tuple[str, float]]:
-    """Shared entries by name, and other values of them, that no descent finds by itself."""
-    names = nested.shared_names()
-    plain = [name.partition("[")[0] for name in names]
-    return [
-        (names[entry], value)
-        for entry, value, _ in alternatives(
-            fitted.point[: nested.shared], plain, nested.layout, nested.data
-        )
-    ]
+    return search.fit(_best_two(search.annealed(kept, groups, [(1.0, 6)], behind=100.0)))
 
 
 def with_own_motion(
@@ -234,11 +165,5 @@ def with_own_motion(
     for done, name in enumerate(order):
         search.tick()
         search.report("own motion", done, len(order))
-        found[name] = settled(search.nested, fits[name], workers=search.workers)
-    return found
-
-
-def slow(search: Search, base: Fitted) -> Fitted:
-    """The base in slow motion alone."""
-    (found,) = search.fit([in_slow_motion(base)])
+        found[name] = search.settled(fits[name])
     return found

@@ -180,11 +180,6 @@ def in_dispute(one: Fitted, other: Fitted) -> Float[np.ndarray, " error"]:
     return np.abs(one.log_densities - other.log_densities)
 
 
-def likeliest(one: Fitted, others: Mapping[str, Fitted]) -> Fitted:
-    """That of the highest evidence."""
-    return max([one, *others.values()], key=lambda fitted: fitted.log_evidence)
-
-
 def blocks_of(
     lines: Sequence[Trace], disputed: Float[np.ndarray, " error"], parts: int = 20
 ) -> Int[np.ndarray, " error"]:

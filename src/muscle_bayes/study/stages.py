@@ -157,7 +157,14 @@ def _discovery(plan: Plan) -> list[Stage | LeftOut]:
         (200, 400),
         runs=(*roles.fitted, *roles.held_out),
         also=(plan.result("effects"),),
-        code=(*FIT, "criticism", "discovery", "report/discovery_figures.py", *LOOK),
+        code=(
+            *FIT,
+            "criticism",
+            "discovery",
+            "report/discovery_figures.py",
+            "report/discovery_summary.py",
+            *LOOK,
+        ),
         settings={
             "friction": plan.config.friction,
             "effects": list(plan.config.effects),

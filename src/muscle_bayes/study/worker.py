@@ -3,7 +3,6 @@
 import os
 import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +11,6 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.whole_file import write_whole
 
-Report = Callable[[str, int, int], None]
 FAILED = 2
 
 

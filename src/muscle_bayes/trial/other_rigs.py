@@ -59,44 +59,46 @@ def pendulum(rng: np.random.Generator) -> OtherRig:
     moment = mass * GRAVITY * distance
     inertia = mass * distance**2 * rng.uniform(1.05, 1.5)
     first = float(rng.uniform(0.6, 1.2))
-    step = 2.0 * np.pi / int(rng.choice([1024, 2048, 4096, 8192]))
+    ticks = int(rng.choice([1024, 2048, 4096, 8192]))
     arm = f'\n[element_a]\nkind = "arm"\nmass = {mass}\ncentre_distance = {distance}\n'
-    return OtherRig(
-        unit="rad",
-        metadata=arm,
-        inertia=inertia,
-        dry=moment * rng.uniform(0.005, 0.03),
-        force=moment * first,
-        speed=first * float(np.sqrt(moment / inertia)),
-        reach=first,
-        pull=lambda q: -moment * sin(q),
-        starts=(first, -0.7 * first, 0.5 * first, 0.85 * first),
-        drive=None,
-        step=step,
-        noise=step * rng.uniform(0.2, 1.0),
-        period=0.005,
-        rows=1500,
-    )
+    dry = moment * rng.uniform(0.005, 0.03)
+    return _swinging(rng, arm, inertia, moment, dry, first, ticks, lambda q: -moment * sin(q))
 
 
 def disc(rng: np.random.Generator) -> OtherRig:
     """A disc of known inertia swings on a wire of unknown rate."""
     inertia, rate = rng.uniform(1e-3, 1e-2), rng.uniform(0.1, 0.6)
     first = float(rng.uniform(0.8, 1.5))
-    step = 2.0 * np.pi / int(rng.choice([1024, 2048, 4096]))
+    ticks = int(rng.choice([1024, 2048, 4096]))
     wire = (
         f"\n[fixture]\ninertia = {inertia}\n\n[element_a]\n"
         'kind = "spring"\nlinkage = "torsion"\ntension_at_zero = 0.0\ndamping = 0.0\n'
     )
+    dry = rate * first * rng.uniform(0.01, 0.03)
+    return _swinging(rng, wire, inertia, rate, dry, first, ticks, lambda q: -rate * q)
+
+
+def _swinging(
+    rng: np.random.Generator,
+    metadata: str,
+    inertia: float,
+    rate: float,
+    dry: float,
+    first: float,
+    ticks: int,
+    pull: Callable[[float], float],
+) -> OtherRig:
+    """What is released from `first` [rad] against a `rate` [N m/rad], and read in so many ticks a turn."""
+    step = 2.0 * np.pi / ticks
     return OtherRig(
         unit="rad",
-        metadata=wire,
+        metadata=metadata,
         inertia=inertia,
-        dry=rate * first * rng.uniform(0.01, 0.03),
+        dry=dry,
         force=rate * first,
         speed=first * float(np.sqrt(rate / inertia)),
         reach=first,
-        pull=lambda q: -rate * q,
+        pull=pull,
         starts=(first, -0.7 * first, 0.5 * first, 0.85 * first),
         drive=None,
         step=step,

@@ -23,7 +23,7 @@ from muscle_bayes.twin.plant.rig import (
 from muscle_bayes.twin.plant.swings import spring_masses, spring_rig
 from muscle_bayes.twin.protocols import Protocol, Stage, free, sawtooth, spring, staircase
 from muscle_bayes.twin.random_rigs import random_rig
-from muscle_bayes.twin.simulate import SimulatedRun, simulate, simulate_set
+from muscle_bayes.twin.simulate import SimulatedRun, simulate
 from muscle_bayes.twin.storage import save_runs
 
 __all__ = [
@@ -50,7 +50,6 @@ __all__ = [
     "save_runs",
     "sawtooth",
     "simulate",
-    "simulate_set",
     "spring",
     "spring_masses",
     "spring_rig",

@@ -107,8 +107,3 @@ def truth_of(rig: Rig) -> dict[str, Any]:
     if truth.effects:
         tables["effects"] = {effect.name: asdict(effect) for effect in truth.effects}
     return tables
-
-
-def simulate_set(rig: Rig, protocols: list[Protocol], seed: int) -> list[SimulatedRun]:
-    """Runs of one rig, one per protocol, with independent noise."""
-    return [simulate(rig, protocol, (seed, n)) for n, protocol in enumerate(protocols)]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from muscle_bayes.data import read_metadata, write_run
+from muscle_bayes.data.writer import toml_keys
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.simulate import SimulatedRun
 
@@ -103,15 +104,9 @@ def to_toml(table: Mapping[str, Any], path: tuple[str, ...] = ()) -> str:
     if scalars:
         if path:
             text += f"\n[{'.'.join(path)}]\n"
-        text += "".join(f"{key} = {_scalar(value)}\n" for key, value in scalars.items())
+        text += toml_keys(scalars)
     for key, value in table.items():
         if isinstance(value, Mapping):
             bare = key.replace("-", "").replace("_", "").isalnum() and key.isascii()
             text += to_toml(value, (*path, key if bare else json.dumps(key)))
     return text
-
-
-def _scalar(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -29,7 +29,7 @@ class BoardMeter:
         """Raises MeterError where the board is away or has no thermometers."""
         self._heater = heater
         self._clock = clock
-        self._latest: Reading | None = None
+        self.latest: Reading | None = None
         self._asked: float | None = None
         self._due = clock.now()
         try:
@@ -46,17 +46,13 @@ class BoardMeter:
         self._age = AGE.get(name, 0.0)
         self.moved_within = MOVED_WITHIN.get(name, 0.25)
 
-    @property
-    def latest(self) -> Reading | None:
-        return self._latest
-
     def poll(self) -> None:
         """Raises MeterError where the board is away."""
         board = self._board()
         try:
             board.collect()
             if (shown := board.take_temperatures()) is not None:
-                self._latest = Reading(self._clock.now(), shown, self._asked)
+                self.latest = Reading(self._clock.now(), shown, self._asked)
             if self._clock.now() >= self._due:
                 self._asked = self._clock.now() - self._age
                 self._due = self._clock.now() + PERIOD

@@ -130,18 +130,10 @@ class Meter:
         self._buffer = b""
         self._asked: float | None = None
         self._due = clock.now()
-        self._latest: Reading | None = None
-        self._garbled = 0
+        self.latest: Reading | None = None
+        self.garbled = 0
         self._before: tuple[float, tuple[int, int]] | None = None
         """time of the answer before [s], used or not, and its codes"""
-
-    @property
-    def latest(self) -> Reading | None:
-        return self._latest
-
-    @property
-    def garbled(self) -> int:
-        return self._garbled
 
     def poll(self) -> None:
         """Raises MeterError where the line is gone."""
@@ -164,11 +156,11 @@ class Meter:
         self._buffer += received
         if len(self._buffer) == ANSWER_LENGTH:
             if self._confirmed(now, raw_answer(self._buffer)):
-                self._latest = Reading(now, parse_answer(self._buffer), self._asked)
+                self.latest = Reading(now, parse_answer(self._buffer), self._asked)
             self._asked, self._due = None, now
             return
         if len(self._buffer) > ANSWER_LENGTH or now - self._asked > ANSWER_TIME:
-            self._garbled += bool(self._buffer)
+            self.garbled += bool(self._buffer)
             self._asked, self._due = None, now + PAUSE
 
     def _confirmed(self, now: float, raws: tuple[int, int]) -> bool:
@@ -178,7 +170,7 @@ class Meter:
             return False
         time, codes = before
         sound = all(agrees(code, raw, now - time) for code, raw in zip(codes, raws, strict=True))
-        self._garbled += not sound
+        self.garbled += not sound
         return sound
 
 

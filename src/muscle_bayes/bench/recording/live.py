@@ -13,7 +13,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from muscle_bayes.bench.recording.status import ChannelStatus, Status
+from muscle_bayes.bench.heat.heating import Channel
+from muscle_bayes.bench.recording.status import Status
 
 _BAR = 20
 _BLOCKS: Final = "▁▂▃▄▅▆▇█"
@@ -152,14 +153,15 @@ def trace(values: Sequence[float | None]) -> str:
     )
 
 
-def _channels(channels: tuple[ChannelStatus, ...]) -> Table:
+def _channels(channels: tuple[Channel, ...]) -> Table:
     table = Table(box=None, padding=(0, 2))
     for name in ("", "temperature", "setpoint", "", "duty", ""):
         table.add_column(name, justify="right" if name else "left")
     for channel in channels:
         measured = "-" if channel.temperature is None else f"{channel.temperature:.1f} C"
-        wanted = "off" if channel.setpoint is None else f"{channel.setpoint:.1f} C"
-        stable = Text("stable", style="green") if channel.stable else Text("")
+        setpoint = channel.control.setpoint
+        wanted = "off" if setpoint is None else f"{setpoint:.1f} C"
+        stable = Text("stable", style="green") if channel.control.stable else Text("")
         filled = round(_BAR * channel.duty / 255)
         bar = Text("#" * filled, style="yellow") + Text("." * (_BAR - filled), style="dim")
         if channel.verdict not in ("good", "open"):

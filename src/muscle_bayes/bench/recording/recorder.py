@@ -18,7 +18,7 @@ from muscle_bayes.bench.recording.guard import Guard, RecordingError
 from muscle_bayes.bench.recording.operator import Operator
 from muscle_bayes.bench.recording.rows import RowWriter
 from muscle_bayes.bench.recording.run_file import LOAD, SECOND, RunFile
-from muscle_bayes.bench.recording.status import NoView, Status, View, channel_status
+from muscle_bayes.bench.recording.status import NoView, Status, View
 from muscle_bayes.bench.recording.weigher import Weigher
 from muscle_bayes.bench.sequences.course import Course, describe
 from muscle_bayes.bench.sequences.sequence import Limits, LoadCell, RunPlan, Stop
@@ -363,7 +363,7 @@ class Recorder:
             name=self._file.name,
             time=None if self._rows.origin is None else self._rows.time,
             rows=self._rows.rows,
-            channels=tuple(map(channel_status, self._heating.channels)),
+            channels=self._heating.channels,
             reading=None if newest is None else newest.reading,
             angle=None if newest is None else float(self._sensor.coordinate(newest.reading)),
             load=course.load,

@@ -7,18 +7,6 @@ from muscle_bayes.bench.heat.heating import Channel
 
 
 @dataclass(frozen=True)
-class ChannelStatus:
-    """One side. Temperatures in C, None where unknown or off."""
-
-    side: str
-    temperature: float | None
-    setpoint: float | None
-    stable: bool
-    duty: int
-    verdict: str
-
-
-@dataclass(frozen=True)
 class Status:
     """The bench at one moment."""
 
@@ -26,7 +14,8 @@ class Status:
     time: float | None
     """s after the first row, None before it"""
     rows: int
-    channels: tuple[ChannelStatus, ...]
+    channels: tuple[Channel, ...]
+    """as they are now: a view keeps none"""
     reading: float | None
     """counts"""
     angle: float | None
@@ -46,19 +35,6 @@ class Status:
     lost: int
     resets: int
     fan: bool = False
-
-
-def channel_status(channel: Channel) -> ChannelStatus:
-    """A channel's state as shown."""
-    control = channel.control
-    return ChannelStatus(
-        channel.side,
-        channel.temperature,
-        control.setpoint,
-        control.stable,
-        channel.duty,
-        channel.verdict.value,
-    )
 
 
 class View(Protocol):

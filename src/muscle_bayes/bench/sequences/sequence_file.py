@@ -99,14 +99,7 @@ def _run(run: RunPlan) -> str:
 
 
 def _array(blocks: tuple[Stage | Repeat, ...]) -> str:
-    return "[\n" + "".join(f"  {_inline(block)},\n" for block in blocks) + "]"
-
-
-def _inline(block: Stage | Repeat) -> str:
-    table = {key: toml_value(value) for key, value in _said(block).items()}
-    if isinstance(block, Repeat):  # an inline table may not span lines
-        table["stages"] = f"[{', '.join(map(_inline, block.stages))}]"
-    return f"{{ {', '.join(f'{key} = {value}' for key, value in table.items())} }}"
+    return "[\n" + "".join(f"  {toml_value(_said(block))},\n" for block in blocks) + "]"
 
 
 def _said(block: Stage | Repeat) -> Mapping[str, Any]:

@@ -1,7 +1,7 @@
 """What the best input could do: duties optimised directly, knowing the joint and the future."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
@@ -23,6 +23,7 @@ from muscle_bayes.control.scenarios.scenario import Course, Scenario, course_of
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.plant import Drive
+from muscle_bayes.progress import Report, silent
 
 FEEDBACK = 2e4
 """Gain of the ideal feedback whose duties the optimisation starts from [duty / rad]."""
@@ -45,7 +46,7 @@ def feasible(
     joints: int | None = None,
     knots: int = 60,
     rounds: int = 20,
-    report: Callable[[str, int, int], None] = lambda stage, done, total: None,
+    report: Report = silent,
 ) -> dict[str, Metrics]:
     """Metrics of joints under the best duties between 0 and 255 that keep 100 C, a row each.
 

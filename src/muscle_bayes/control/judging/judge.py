@@ -1,6 +1,6 @@
 """Laws side by side on joints that were not tuned on: metrics, probabilities and a recommendation."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final, NamedTuple
@@ -13,6 +13,7 @@ from muscle_bayes.control.batch import Bank, Outcome, run
 from muscle_bayes.control.judging.specification import Specification, cvar
 from muscle_bayes.control.laws.gains import Gains, fits_the_board, law_of
 from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.progress import Report, silent
 
 UNITS: Final = {
     "rise_time": "s",
@@ -28,8 +29,6 @@ RESAMPLES: Final = 400
 """Of the draws, for the Monte Carlo error of a difference."""
 TIED: Final = 2.0
 """Standard errors within which two numbers are tied."""
-
-Report = Callable[[str, int, int], None]
 
 
 def standard_error(share: float, count: int) -> float:
@@ -127,16 +126,6 @@ class Judgement:
             rows[name] = {key: float(one) for key, one in row.items()} | {"unit": UNITS[name]}
         return rows
 
-    def table(self) -> pd.DataFrame:
-        """One row a law, scenario and metric."""
-        rows = [
-            {"law": law, "scenario": one.name, "metric": metric, **values}
-            for law in self.gains
-            for one in self.scenarios
-            for metric, values in self.metrics(law, one.name).items()
-        ]
-        return pd.DataFrame(rows).set_index(["law", "scenario", "metric"])
-
     def probabilities(self) -> pd.DataFrame:
         """Probability of keeping each scenario's limits, and of keeping all: a column a law."""
         names = [one.name for one in self.scenarios]
@@ -199,7 +188,7 @@ def judge(
     specs: Mapping[str, Specification],
     *,
     notes: Sequence[str] = (),
-    report: Report = lambda stage, done, total: None,
+    report: Report = silent,
 ) -> Judgement:
     """Every law on every draw of the bank in every scenario."""
     outcomes: dict[str, dict[str, Outcome]] = {}

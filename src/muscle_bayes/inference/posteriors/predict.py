@@ -1,6 +1,6 @@
 """What a posterior says of a run, fitted or not."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -111,38 +111,49 @@ def predict(problem: Problem, draws: Draws, seed: int) -> list[Prediction]:
     keys = jax.random.split(jax.random.key(seed), count)
     vectors = unconstrained(draws, problem.layout, problem.data)
     outcomes = of_draws(solved_at, vectors, problem.layout, problem.data).responses
-    result: dict[int, list] = {}
-    groups = zip(
-        outcomes, problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True
-    )
-    for response, lanes, regime, owners in groups:
+    models, readings, strains = [], [], []
+    for response, lanes, regime in zip(
+        outcomes, problem.data.lanes, problem.layout.regimes, strict=True
+    ):
         extra = _disturbances_of_draws(keys, draws, response.averaged, lanes, regime)
+        models.append(np.asarray(response.averaged))
+        readings.append(models[-1] + np.asarray(extra))
+        strains.append(np.asarray(response.hyst)[..., 0])
+    return by_run(problem, problem.data.lanes, models, readings, strains)
+
+
+def by_run(
+    problem: Problem,
+    groups: Sequence[Lanes],
+    models: Sequence[np.ndarray],
+    readings: Sequence[np.ndarray],
+    strains: Sequence[np.ndarray],
+) -> list[Prediction]:
+    """Draws (draw, lane, interval) of each group of lanes, joined run by run; unobserved left out."""
+    pieces: dict[int, list[dict[str, np.ndarray]]] = {}
+    for lanes, owners, model, reading, hyst in zip(
+        groups, problem.lane_runs, models, readings, strains, strict=True
+    ):
         for lane, owner in enumerate(owners):
-            result.setdefault(owner, []).append(_piece(lanes, lane, response, extra))
-    return [_joined(problem, index, result[index]) for index in sorted(result)]
-
-
-def _piece(lanes: Lanes, lane: int, response, extra) -> dict[str, np.ndarray]:
-    seen = np.asarray(lanes.weight[lane] > 0)
-    model = np.asarray(response.averaged[:, lane])[:, seen]
-    temperature = lanes.schedule.temperature[lane, 1:, 0]
-    return {
-        "time": np.asarray(lanes.time[lane])[seen],
-        "observed": np.asarray(lanes.reading[lane])[seen],
-        "model": model,
-        "reading": model + np.asarray(extra[:, lane])[:, seen],
-        "hyst": np.asarray(response.hyst[:, lane, :, 0])[:, seen],
-        "temperature": np.asarray(temperature)[seen],
-        "load": np.asarray(lanes.schedule.load[lane])[seen],
-    }
-
-
-def _joined(problem: Problem, index: int, pieces: list[dict[str, np.ndarray]]) -> Prediction:
-    run = problem.runs[index]
-    parts = {key: np.concatenate([p[key] for p in pieces], axis=-1) for key in pieces[0]}
-    return Prediction(
-        run=run.name, unit=run.unit, scale=run.output_sensor.sign * run.output_sensor.scale, **parts
-    )
+            seen = np.asarray(lanes.weight[lane] > 0)
+            piece = {
+                "time": lanes.time[lane],
+                "observed": lanes.reading[lane],
+                "model": model[:, lane],
+                "reading": reading[:, lane],
+                "hyst": hyst[:, lane],
+                "temperature": lanes.schedule.temperature[lane, 1:, 0],
+                "load": lanes.schedule.load[lane],
+            }
+            cut = {key: np.asarray(value)[..., seen] for key, value in piece.items()}
+            pieces.setdefault(owner, []).append(cut)
+    result = []
+    for owner in sorted(pieces):
+        run, own = problem.runs[owner], pieces[owner]
+        parts = {key: np.concatenate([one[key] for one in own], axis=-1) for key in own[0]}
+        scale = run.output_sensor.sign * run.output_sensor.scale
+        result.append(Prediction(run=run.name, unit=run.unit, scale=scale, **parts))
+    return result
 
 
 def thin(values: dict[str, Any], count: int) -> dict[str, Any]:

@@ -9,11 +9,11 @@ import numpy as np
 from muscle_bayes.criticism.sbc import Calibration
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.report.calibration_figure import POINTWISE, calibration_figure
 from muscle_bayes.report.trial_figure import trial_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn
-from muscle_bayes.study.worker import Report
 
 SYNTHETIC = "synthetic"
 

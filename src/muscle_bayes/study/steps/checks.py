@@ -14,6 +14,7 @@ from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.inference.posteriors.predictive import predict_from_prior, predict_runs
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.report.drift_figure import drift_figure
 from muscle_bayes.report.identifiability_figure import identifiability_figure
 from muscle_bayes.report.pairs_figure import pairs_figure
@@ -23,7 +24,6 @@ from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
 from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
-from muscle_bayes.study.worker import Report
 
 
 def make(plan: Plan, name: str, report: Report) -> None:

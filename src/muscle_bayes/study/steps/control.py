@@ -13,11 +13,11 @@ from muscle_bayes.control.scenarios.thesis import STEP, thesis_scenarios
 from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.steps.joints import draws_of
-from muscle_bayes.study.worker import Report
 from muscle_bayes.whole_file import write_whole
 
 

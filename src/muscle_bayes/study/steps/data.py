@@ -1,11 +1,11 @@
 """What was logged: a summary and a figure of each run."""
 
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.report.run_summary import summarise
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
-from muscle_bayes.study.worker import Report
 
 
 def make(plan: Plan, name: str, report: Report) -> None:

@@ -6,18 +6,18 @@ from muscle_bayes.criticism.drift import drift
 from muscle_bayes.data import Run
 from muscle_bayes.discovery.discover import applicable, discover
 from muscle_bayes.discovery.result import Discovery
-from muscle_bayes.discovery.summary import verdict_text
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.report.discovery_figures import (
     before_after_figure,
     discovery_figure,
     misfit_figure,
     probability_figure,
 )
+from muscle_bayes.report.discovery_summary import verdict_text
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
-from muscle_bayes.study.worker import Report
 from muscle_bayes.whole_file import write_whole
 
 

@@ -2,8 +2,8 @@
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.sampling.fit import EFFORTS, fit
+from muscle_bayes.progress import Report
 from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.worker import Report
 
 
 def make(plan: Plan, name: str, report: Report) -> None:

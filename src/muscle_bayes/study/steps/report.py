@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from muscle_bayes.json_file import write_json
+from muscle_bayes.progress import Report
 from muscle_bayes.study.contents import contents
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.results import Results
 from muscle_bayes.study.stages import DOCUMENT, all_stages
-from muscle_bayes.study.worker import Report
 from muscle_bayes.whole_file import write_whole
 
 Kind = Literal["html", "pdf"]
