@@ -17,7 +17,7 @@ def test_gains_have_units():
 
 
 def test_a_tuning_tells_its_probability_and_edges():
-    shown = Tuning(GAINS, 0.4321, 0.8, 0.1, ("bias",), 40)._repr_html_()
+    shown = Tuning(GAINS, 0.4321, 0.1, ("bias",))._repr_html_()
     assert "probability 0.43" in shown
     assert "edge of the search: bias" in shown
 

@@ -95,7 +95,7 @@ def operating_point(joint: Joint, angle: float, bias: float = 0.0) -> OperatingP
     held = _held(joint, jnp.asarray(float(angle)), jnp.asarray(float(bias)))
     if not bool(held.reachable):
         raise MuscleBayesError(f"no temperature of muscle B holds this joint at {angle:g} rad")
-    return held
+    return jax.tree.map(np.asarray, held)
 
 
 def state_space(joint: Joint, angle: float, bias: float = 0.0) -> control.StateSpace:

@@ -4,17 +4,14 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-from muscle_bayes.conventions import Friction
+from pydantic import ValidationError
+
 from muscle_bayes.data.files import parse_toml, read_bytes
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.twin.effects import make_effect
-from muscle_bayes.twin.plant.rig import ElementKind, Rig
-
-_WORDS = {"kind": get_args(ElementKind), "friction_law": get_args(Friction)}
-_PAIRS = {"stops", "pause"}
-_OPTIONAL = {"heater_length"}
+from muscle_bayes.twin.plant.rig import Rig
 
 
 def parameter_names(node: Any, path: str = "") -> list[str]:
@@ -51,7 +48,13 @@ def override(rig: Rig, values: Mapping[str, Any]) -> Rig:
     """Rig with other values, given by name: `truth.J`, `J`, `muscle_a.K_hyst`, ..."""
     for name, value in values.items():
         full = resolve(rig, name)
-        rig = _set(rig, full.split("."), _checked(full, value))
+        try:
+            rig = _set(rig, full.split("."), value)
+        except ValidationError as error:
+            problem = error.errors()[0]["msg"].removeprefix("Value error, ").lower()
+            raise MuscleBayesError(
+                f"{full}: {value!r}: {problem}. Fix: correct the value."
+            ) from None
     return rig
 
 
@@ -93,27 +96,6 @@ def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
         else:
             flat[path + key] = value
     return flat
-
-
-def _checked(full: str, value: Any) -> Any:
-    leaf = full.rpartition(".")[2]
-    if leaf in _WORDS:
-        if value not in _WORDS[leaf]:
-            raise MuscleBayesError(f"{full}: {value!r} is none of {', '.join(_WORDS[leaf])}")
-        return value
-    if leaf in _PAIRS:
-        if isinstance(value, list) and len(value) == 2 and all(map(_is_number, value)):
-            return (float(value[0]), float(value[1]))
-        raise MuscleBayesError(f"{full}: {value!r} is not a pair [lower, upper]")
-    if leaf in _OPTIONAL and value == "none":
-        return None
-    if not _is_number(value):
-        raise MuscleBayesError(f"{full}: {value!r} is not a number")
-    return float(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _set(node: Any, path: list[str], value: Any) -> Any:

@@ -1,39 +1,71 @@
 """The simulated bench: fixture, elements, heaters, sensors and what is true of them."""
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import field
+from typing import Annotated, Any, Literal
 
-from muscle_bayes.twin.checks import check_rig
+from pydantic import AfterValidator, BeforeValidator, ConfigDict
+from pydantic.dataclasses import dataclass
+
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive
 from muscle_bayes.twin.plant.parameters import Truth
 
 ElementKind = Literal["muscle", "spring", "none"]
+CHECKED = ConfigDict(strict=True)
+"""Of the tables below: a value that cannot be is an error, told by pydantic."""
 
 
-@dataclass(frozen=True, kw_only=True)
+def _as_tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise ValueError("must be [lower, upper]")
+    return ends
+
+
+def _not_zero(value: float) -> float:
+    if value == 0.0:
+        raise ValueError("must not be zero")
+    return value
+
+
+def _none_if_said(value: Any) -> Any:
+    return None if value == "none" else value
+
+
+Pair = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
+
+
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Fixture:
     """Geometry of eq. 7-10 [m, rad] and the room [C]. Side B's pins mirror side A's."""
 
-    rotor_radius_a: float = 0.030
-    anchor_x_a: float = 0.030
-    anchor_y_a: float = 0.115
-    rotor_radius_b: float = 0.030
-    anchor_x_b: float = 0.030
-    anchor_y_b: float = 0.115
-    disc_radius: float = 0.0889
-    stops: tuple[float, float] = (-1.2, 1.2)
-    room_temperature: float = 25.0
+    rotor_radius_a: Positive = 0.030
+    anchor_x_a: Finite = 0.030
+    anchor_y_a: Positive = 0.115
+    rotor_radius_b: Positive = 0.030
+    anchor_x_b: Finite = 0.030
+    anchor_y_b: Positive = 0.115
+    disc_radius: Positive = 0.0889
+    stops: Annotated[Pair, AfterValidator(_rising)] = (-1.2, 1.2)
+    room_temperature: Finite = 25.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Element:
     """What is pinned to one side. Lengths [m] matter for a muscle only."""
 
     kind: ElementKind = "none"
-    base_length: float = 0.100
-    heater_length: float | None = None
+    base_length: Positive = 0.100
+    heater_length: Annotated[NonNegative | None, BeforeValidator(_none_if_said)] = None
+
+    def __post_init__(self) -> None:
+        if (self.heater_length or 0.0) > self.base_length:
+            raise ValueError("heater_length must lie between 0 and base_length")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Heater:
     """Heater tube: dT/dt = full_rate PWM/255 - (T - T_room)/cooling_time.
 
@@ -42,12 +74,12 @@ class Heater:
     by a factor.
     """
 
-    full_rate: float = 4.5
-    cooling_time: float = 48.0
+    full_rate: Positive = 4.5
+    cooling_time: Positive = 48.0
     fan: float = 0.4
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Potentiometer:
     """10-bit angle sensor; zero_reading and radians_per_count as the metadata states them.
 
@@ -55,22 +87,22 @@ class Potentiometer:
     """
 
     zero_reading: float = 512.0
-    radians_per_count: float = 0.0058
+    radians_per_count: Annotated[Finite, AfterValidator(_not_zero)] = 0.0058
     zero_spread: float = 2.0
     count_noise: float = 0.4
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Meter:
     """TMD-56 thermocouple meter: noise and resolution [C], time between updates [s]."""
 
     noise: float = 0.05
-    resolution: float = 0.1
-    period: float = 0.4
+    resolution: Positive = 0.1
+    period: Positive = 0.4
     period_jitter: float = 0.02
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Logger:
     """When rows are written: the protocol sets the aimed period, jitter is relative to it.
 
@@ -79,10 +111,10 @@ class Logger:
 
     jitter: float = 0.12
     pause_probability: float = 0.001
-    pause: tuple[float, float] = (0.1, 0.5)
+    pause: Pair = (0.1, 0.5)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
 class Rig:
     """A complete bench."""
 
@@ -94,8 +126,5 @@ class Rig:
     potentiometer: Potentiometer = field(default_factory=Potentiometer)
     meter: Meter = field(default_factory=Meter)
     logger: Logger = field(default_factory=Logger)
-    slip_step: float = 5e-4
+    slip_step: Positive = 5e-4
     """Longest time step while the rotor slips, s."""
-
-    def __post_init__(self) -> None:
-        check_rig(self)
