@@ -134,19 +134,12 @@ def propose(nested: Nested, first: Fitted, second: Fitted) -> NextExperiment | N
     readings, V their noise, S the first model's slopes and C its posterior covariance: what present
     parameters could still absorb does not count. None where no muscle is heated and cools again.
     """
-    group = next(
-        (
-            index
-            for index, regime in enumerate(nested.layout.regimes)
-            if regime == "slow" and nested.data.lanes[index].fine is None
-        ),
-        None,
-    )
-    if group is None:
+    every_group = zip(nested.layout.regimes, nested.data.lanes, strict=True)
+    slow = [k for k, (kind, one) in enumerate(every_group) if kind == "slow" and one.fine is None]
+    thermal = thermal_of(nested)
+    if not slow or thermal is None:
         return None
-    lanes, thermal = nested.data.lanes[group], thermal_of(nested)
-    if thermal is None:
-        return None
+    group, lanes = slow[0], nested.data.lanes[slow[0]]
     loads = sorted({float(np.asarray(load)[0]) for load in lanes.schedule.load})
     every = list(plans(thermal.room, loads))
     per_pass = int(lanes.time.shape[0])
@@ -206,19 +199,14 @@ def _information(
 def _imagined(lanes: Lanes, part: Sequence[Plan], thermal: Thermal) -> Lanes:
     """The lanes with the plans' courses in place of their own, readings as dense as theirs."""
     count, size = lanes.time.shape
-    fields: dict[str, list[np.ndarray]] = {key: [] for key in ("time", "temperature", "load")}
     per_second = float(jnp.median(lanes.weight.sum(axis=1) / lanes.schedule.time[:, -1]))
-    for lane in range(count):
-        plan = part[min(lane, len(part) - 1)]
-        nodes, level = course(plan, thermal, size)
-        fields["time"].append(nodes)
-        fields["temperature"].append(np.stack([level, np.full_like(level, thermal.room)], 1))
-        fields["load"].append(np.full(size, plan.loads[0]))
-    nodes = np.stack(fields["time"])
+    imagined = [part[min(lane, len(part) - 1)] for lane in range(count)]
+    courses = np.array([course(plan, thermal, size) for plan in imagined])
+    nodes, level = courses[:, 0], courses[:, 1]
     schedule = Schedule(
         time=jnp.asarray(nodes),
-        temperature=jnp.asarray(np.stack(fields["temperature"])),
-        load=jnp.asarray(np.stack(fields["load"])),
+        temperature=jnp.asarray(np.stack([level, np.full_like(level, thermal.room)], 2)),
+        load=jnp.asarray(np.repeat([[plan.loads[0]] for plan in imagined], size, 1)),
         applied=jnp.zeros_like(lanes.schedule.applied),
     )
     weight = jnp.asarray(per_second * np.diff(nodes, axis=1))

@@ -54,29 +54,22 @@ def bench_test(
     from muscle_bayes.bench.trials.stuck_meter import stick_all
     from muscle_bayes.progress import shares, shown_progress
 
+    trials = (
+        ("failures", "failures", failures, inject_all, _tell_failures),
+        ("stuck", "stuck meters", stuck, stick_all, _tell_stuck),
+        ("overheating", "overheating", overheating, overheat_all, _tell_overheating),
+        ("fuzz", "random commands", fuzz, fuzz_board, _tell_fuzz),
+        ("stream", "sampling", 60.0 * minutes, stream, _tell_stream),
+    )
     report: dict[str, Any] = {"seed": seed}
     passed = []
     with shown_progress() as progress:
-        if failures:
-            outcomes = inject_all(failures, seed, shares(progress, "failures"))
-            passed.append(_tell_failures(outcomes))
-            report["failures"] = [asdict(outcome) for outcome in outcomes]
-        if stuck:
-            sticking = stick_all(stuck, seed, shares(progress, "stuck meters"))
-            passed.append(_tell_stuck(sticking))
-            report["stuck"] = [asdict(outcome) for outcome in sticking]
-        if overheating:
-            heated = overheat_all(overheating, seed, shares(progress, "overheating"))
-            passed.append(_tell_overheating(heated))
-            report["overheating"] = [asdict(outcome) for outcome in heated]
-        if fuzz:
-            fuzzed = fuzz_board(fuzz, seed, shares(progress, "random commands"))
-            passed.append(_tell_fuzz(fuzzed))
-            report["fuzz"] = asdict(fuzzed)
-        if minutes:
-            streamed = stream(60.0 * minutes, seed, shares(progress, "sampling"))
-            passed.append(_tell_stream(streamed))
-            report["stream"] = asdict(streamed)
+        for key, stage, amount, tried, tell in trials:
+            if amount:
+                found: Any = tried(amount, seed, shares(progress, stage))  # type: ignore[operator]
+                passed.append(tell(found))
+                several = isinstance(found, list)
+                report[key] = [asdict(one) for one in found] if several else asdict(found)
     report["passed"] = all(passed)
     if json is not None:
         write_json(json, report)
