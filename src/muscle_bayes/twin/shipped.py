@@ -27,6 +27,7 @@ that the spring keeps above its least length and the rotor swings widely, clear 
 HIDDEN = (make_effect("coil-contact", onset=0.015),)
 """What the muscle does besides equations 13 to 17: as those of the thesis' muscle, its coils touch."""
 
+_README = Path(__file__).with_name("shipped_readme.md").read_text(encoding="utf-8")
 PLAIN = "plain"
 """Folder, in that of the shipped set, of the same runs with nothing hidden."""
 
@@ -104,36 +105,3 @@ def readme() -> str:
             what = f"muscle, fast to 90 C and back, twice per load, load poured {masses} g"
         rows.append(f"| `{name}` | {what} |")
     return _README.format(table="\n".join(rows))
-
-
-_README = """\
-# These data are SYNTHETIC
-
-**Nothing in this folder was measured.** Every run was written by the simulator in
-`src/muscle_bayes/twin`, a model of the bench that shares no model or integration code with the
-inference. The runs show that the inference finds parameters that are known; they are no evidence
-about a real muscle. Each `NAME.toml` says `origin = "synthetic"`.
-
-| Run | What it is |
-|---|---|
-{table}
-
-A run is `NAME.csv`, the log, and `NAME.toml`, what an experimenter would have written down.
-**An effect is hidden in the runs of the muscle**: as in the thesis, its coils touch (`coil-contact`).
-`muscle-bayes study` has to find it. The folder `plain` holds the same runs with nothing hidden.
-
-`truth.toml` holds the true parameters (Tables 1 and 2 of the thesis), each run's true sensor zero
-and its state at the first row. It is for judging an inference and is never read by one.
-
-What is simulated: the rotor with its full inertia and Coulomb friction that really sticks, the
-muscle of eq. 13-17, the reference spring of eq. 12, heater tubes (4.5 C/s at full power, cooling
-time constant 48 s) under the bench's controller, a thermocouple meter (noise 0.05 C, resolution
-0.1 C, held about 0.4 s), a 10-bit potentiometer (noise 0.4 counts before rounding; the true zero
-lies up to 2 counts off the stated one), uneven sampling with occasional pauses. Long runs log about
-every 0.1 s, spring runs about every 0.03 s. Before each muscle run the muscle was trained: two
-cycles to 90 C under 60 g, not logged.
-
-To write this folder again, to the byte:
-
-    muscle-bayes simulate shipped --out data
-"""

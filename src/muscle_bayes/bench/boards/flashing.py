@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -22,37 +23,19 @@ SIGNATURES: Final = ("1e950f", "1e9514")
 LONGEST: Final = 60.0
 """s that avrdude may take."""
 
-FITS: Final = {
-    (0x2341, 0x0001): "Arduino Uno",
-    (0x2341, 0x0043): "Arduino Uno",
-    (0x2341, 0x0243): "Arduino Uno",
-    (0x2A03, 0x0043): "Arduino Uno",
-}
-"""USB vendor and product of boards that run it."""
-MAY_FIT: Final = {
-    (0x0403, 0x6001): "FTDI converter: Duemilanove, Nano",
-    (0x1A86, 0x7523): "CH340 converter: clones of Uno and Nano",
-    (0x1A86, 0x5523): "CH341 converter: clones of Uno and Nano",
-    (0x10C4, 0xEA60): "CP2102 converter: clones of Uno and Nano, and others",
-}
+
+def _boards(kind: str) -> dict[tuple[int, int], str]:
+    """Names by USB vendor and product."""
+    told = tomllib.loads(Path(__file__).with_name("usb.toml").read_text(encoding="utf-8"))[kind]
+    pairs = {key.partition(":")[::2]: name for key, name in told.items()}
+    return {(int(vendor, 16), int(product, 16)): name for (vendor, product), name in pairs.items()}
+
+
+FITS: Final = _boards("fits")
+"""Boards that run it."""
+MAY_FIT: Final = _boards("may_fit")
 """Converters that sit on boards that run it, and on others: their processor's signature decides."""
-UNFIT: Final = {
-    (0x2341, 0x0010): "Arduino Mega 2560",
-    (0x2341, 0x0042): "Arduino Mega 2560",
-    (0x2341, 0x0242): "Arduino Mega 2560",
-    (0x2341, 0x0036): "Arduino Leonardo",
-    (0x2341, 0x8036): "Arduino Leonardo",
-    (0x2341, 0x0037): "Arduino Micro",
-    (0x2341, 0x8037): "Arduino Micro",
-    (0x2341, 0x003D): "Arduino Due",
-    (0x2341, 0x003E): "Arduino Due",
-    (0x2341, 0x0058): "Arduino Nano Every",
-    (0x2341, 0x0069): "Arduino Uno R4 Minima",
-    (0x2341, 0x1002): "Arduino Uno R4 WiFi",
-    (0x2341, 0x804D): "Arduino Zero",
-    (0x2341, 0x8057): "Arduino Nano 33 IoT",
-    (0x2E8A, 0x0005): "Raspberry Pi Pico",
-}
+UNFIT: Final = _boards("unfit")
 """Boards with another processor."""
 
 

@@ -1,74 +1,19 @@
 """The sensors that the firmware knows."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.sensors.sensor import Sensor, SensorError, Wiring
 
-_CHIP_PINS: Final = (
-    ("8", "SCK of both chips"),
-    ("9", "SO (DO) of both chips"),
-    ("10", "CS of the chip of channel A"),
-    ("11", "CS of the chip of channel B"),
-)
-
 SENSORS: Final = {
-    sensor.name: sensor
-    for sensor in (
-        Sensor(
-            "max31855",
-            "two MAX31855 thermocouple amplifiers",
-            Role.HEATER,
-            _CHIP_PINS,
-            "thermometer",
-            1,
-        ),
-        Sensor(
-            "max6675",
-            "two MAX6675 thermocouple amplifiers",
-            Role.HEATER,
-            _CHIP_PINS,
-            "thermometer",
-            2,
-        ),
-        Sensor(
-            "thermistor",
-            "two NTC thermistors",
-            Role.HEATER,
-            (
-                ("A2", "thermistor of channel A to GND, its series resistor to 5 V"),
-                ("A3", "thermistor of channel B to GND, its series resistor to 5 V"),
-            ),
-            "thermometer",
-            3,
-        ),
-        Sensor(
-            "encoder",
-            "a quadrature encoder in place of the potentiometer",
-            Role.SENSOR,
-            (("2", "phase A of the encoder"), ("3", "phase B of the encoder")),
-            "angle",
-            1,
-        ),
-        Sensor(
-            "potentiometer-2",
-            "a second potentiometer, logged beside the first",
-            Role.SENSOR,
-            (("A1", "its wiper; its ends to 5 V and GND"),),
-            "second",
-            1,
-        ),
-        Sensor(
-            "hx711",
-            "a load cell behind an HX711",
-            Role.SENSOR,
-            (("8", "SCK of the HX711"), ("9", "DT of the HX711")),
-            "load",
-            1,
-        ),
-    )
+    name: Sensor(name, **one | {"role": Role(one["role"]), "pins": tuple(map(tuple, one["pins"]))})
+    for name, one in tomllib.loads(
+        Path(__file__).with_name("sensors.toml").read_text(encoding="utf-8")
+    ).items()
 }
 """By name."""
 

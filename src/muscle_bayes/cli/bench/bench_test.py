@@ -66,7 +66,7 @@ def bench_test(
     with shown_progress() as progress:
         for key, stage, amount, tried, tell in trials:
             if amount:
-                found: Any = tried(amount, seed, shares(progress, stage))  # type: ignore[operator]
+                found: Any = tried(amount, seed, shares(progress, stage))  # type: ignore[arg-type]
                 passed.append(tell(found))
                 several = isinstance(found, list)
                 report[key] = [asdict(one) for one in found] if several else asdict(found)
