@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import matplotlib
-from cycler import cycler
 from matplotlib.figure import Figure
 
 from muscle_bayes.whole_file import write_whole
@@ -17,7 +16,6 @@ BLACK: Final = "#000000"
 ORANGE: Final = "#E69F00"
 SKY: Final = "#56B4E9"
 GREEN: Final = "#009E73"
-YELLOW: Final = "#F0E442"
 BLUE: Final = "#0072B2"
 VERMILLION: Final = "#D55E00"
 PURPLE: Final = "#CC79A7"
@@ -32,37 +30,13 @@ SMALLEST: Final = 7.0
 # Without these entries files would name the matplotlib version and the day that wrote them.
 _ANONYMOUS: Final[Any] = {"png": {"Software": None}, "svg": {"Creator": None, "Date": None}}
 
-_RC: Final[Any] = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#555555",
-    "axes.grid": True,
-    "axes.labelsize": 8,
-    "axes.prop_cycle": cycler(color=PALETTE),
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 9,
-    "axes.titleweight": "bold",
-    "axes.unicode_minus": True,
-    "figure.constrained_layout.use": True,
-    "figure.facecolor": "white",
-    "font.family": "DejaVu Sans",
-    "font.size": 8,
-    "grid.color": "#E3E3E3",
-    "grid.linewidth": 0.6,
-    "legend.fontsize": 7.5,
-    "legend.frameon": False,
-    "lines.linewidth": 1.2,
-    "xtick.color": "#444444",
-    "xtick.labelsize": 7.5,
-    "ytick.color": "#444444",
-    "ytick.labelsize": 7.5,
-}
+_STYLE: Final = Path(__file__).with_name("quiet.mplstyle")
 
 
 @contextmanager
 def quiet_style() -> Iterator[None]:
     """The look, for figures made inside the `with` block."""
-    with matplotlib.rc_context(_RC):
+    with matplotlib.rc_context(fname=_STYLE):
         yield
 
 
