@@ -14,6 +14,9 @@ def main() -> None:
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     parser.add_argument("--draws", type=int, default=96)
     parser.add_argument("--judged", type=int, default=400)
+    parser.add_argument(
+        "--looked-at", type=int, default=96, help="judged joints whose best input is sought"
+    )
     parser.add_argument("--starts", type=int, default=64)
     parser.add_argument("--tried", type=int, default=24, help="in a round about the best")
     args = parser.parse_args()
@@ -40,6 +43,7 @@ def main() -> None:
             joints,
             args.draws,
             thesis_scenarios(),
+            looked_at=args.looked_at,
             effort=Effort(starts=args.starts, tried=args.tried, kept=args.tried // 2),
             rivals={
                 "pi-specimen": ("pi", alike),
@@ -57,7 +61,7 @@ def main() -> None:
     heaters = "".join(f" --heater {path}" for path in args.heater or ())
     command = (
         f"python scripts/control_results.py {args.posterior.name}{heaters} --draws {args.draws} "
-        f"--judged {args.judged} --starts {args.starts} --tried {args.tried}"
+        f"--judged {args.judged} --looked-at {args.looked_at} --starts {args.starts} --tried {args.tried}"
     )
     result = found.judgement
     page = write_control_report(result, found.bank, args.out, edges=found.edges, command=command)

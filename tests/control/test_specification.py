@@ -101,6 +101,23 @@ def test_ties_are_ties():
     assert "to a in s" not in result.sentence()
 
 
+def test_of_the_joints_that_some_input_can_serve():
+    times = np.array([20.0, 40.0, 20.0, 50.0, 20.0, 60.0])
+    outcomes = {
+        "a": {"s": SimpleNamespace(metrics=found(settling_time=times, runaway=np.zeros(6)))}
+    }
+    gains = {"a": SimpleNamespace(sentence=lambda: "some")}
+    spec = {"s": Specification({"settling_time": 30.0})}
+    scenarios = (Scenario("s", "", step(0.03)),)
+    can = np.array([True, True, True, False])
+    result = Judgement(gains, scenarios, spec, outcomes, 6, possible={"s": can})
+    assert result.probability("a", "s")[0] == pytest.approx(0.5)
+    share, error, count = result.where_possible("a", "s")
+    assert (share, count) == (pytest.approx(2 / 3), 3)
+    assert error == standard_error(share, 3)
+    assert "of the 3 joints on which some input can" in result.sentence()
+
+
 def test_the_best_input_keeps_its_bounds_and_knows_what_is_out_of_reach(joints):
     far = Scenario("far", "", step(0.03, size=0.5))
     near = Scenario("near", "", step(0.03, size=0.05))

@@ -56,12 +56,15 @@ def tuned_laws(
     rivals: Mapping[str, tuple[LawName, JointDraws]] | None = None,
     period_ms: int = 30,
     notes: Sequence[str] = (),
+    looked_at: int | None = None,
     seed: int = 0,
     report: Report = silent,
 ) -> TunedLaws:
     """Tune every law on the first `tuned_on` joints and judge it on the others, thesis' gains beside it.
 
     `rivals` are laws that are tuned on other joints, such as those of one specimen alone, and judged alike.
+    Where some joints cannot keep a scenario's limits with any input, `looked_at` of the others are told
+    apart by their best input (default: as `feasible`).
     """
     clock = Clock(period_ms / 1000.0)
     first, others = joints.split(tuned_on)
@@ -79,5 +82,8 @@ def tuned_laws(
     gains["thesis"] = snapshot_gains(first, STEP, period_ms=period_ms)
     test = Bank(others, clock, seed + 1)
     told = (*notes, f"tuned on {tuned_on} joints, judged on {len(others)} others")
-    result = judge(test, gains, scenarios, specs, notes=told, report=report)
+    unsure = [one for one in scenarios if specs[one.name].attainable < 1.0]
+    best = feasible(others, unsure, clock.period, joints=looked_at, report=report)
+    possible = {name: specs[name].met_by_best(found) for name, found in best.items()}
+    result = judge(test, gains, scenarios, specs, notes=told, possible=possible, report=report)
     return TunedLaws(result, test, edges)

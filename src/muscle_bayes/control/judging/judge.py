@@ -1,7 +1,7 @@
 """Laws side by side on joints that were not tuned on: metrics, probabilities and a recommendation."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from typing import Any, Final, NamedTuple
 
@@ -49,6 +49,8 @@ class Judgement:
     draws: int
     notes: tuple[str, ...] = ()
     """What was assumed."""
+    possible: Mapping[str, Bool[np.ndarray, " draw"]] = field(default_factory=dict)
+    """By scenario: whether any input keeps the limits, on the first draws; only where that is not sure."""
 
     def meets(self, law: str, scenario: str | None = None) -> Bool[np.ndarray, " draw"]:
         """Whether each draw keeps the limits of a scenario, or of all."""
@@ -60,6 +62,16 @@ class Judgement:
         """Probability of keeping the limits of a scenario, or of all, and its Monte Carlo error."""
         share = float(self.meets(law, scenario).mean())
         return share, standard_error(share, self.draws)
+
+    def where_possible(self, law: str, scenario: str) -> tuple[float, float, int]:
+        """Probability of keeping a scenario's limits on joints on which some input keeps them.
+
+        Its Monte Carlo error, and the number of joints. KeyError where `possible` lacks the scenario.
+        """
+        chosen = self.possible[scenario]
+        kept = self.meets(law, scenario)[: chosen.size][chosen]
+        share = float(kept.mean()) if kept.size else 0.0
+        return share, standard_error(share, kept.size), kept.size
 
     def excess(self, law: str, scenario: str) -> Float[np.ndarray, " draw"]:
         """By how much each draw misses the scenario's worst limit, relative to it."""
@@ -108,12 +120,19 @@ class Judgement:
                 lost.append(f"to {other} in {', '.join(higher)}")
         worse = f"It loses {'; '.join(lost)}." if lost else "No other law beats it in any scenario."
         each = ", ".join(
-            f"{one.name} {self.probability(law, one.name)[0]:.0%}" for one in self.scenarios
+            f"{one.name} {self.probability(law, one.name)[0]:.0%}{self._of_possible(law, one.name)}"
+            for one in self.scenarios
         )
         return (
             f"Use {law} ({self.gains[law].sentence()}): of new joints {share:.0%} (+-{error:.1%}) meet "
             f"every specification; by scenario {each}. {worse}"
         )
+
+    def _of_possible(self, law: str, scenario: str) -> str:
+        if scenario not in self.possible:
+            return ""
+        share, error, count = self.where_possible(law, scenario)
+        return f" ({share:.0%} +-{error:.1%} of the {count} joints on which some input can)"
 
     def metrics(self, law: str, scenario: str) -> dict[str, dict[str, Any]]:
         """Of every metric that the scenario has: median, 90 % interval, and share that reaches it."""
@@ -148,6 +167,9 @@ class Judgement:
                         "probability": self.probability(law, one.name)[0],
                         "cvar": cvar(self.excess(law, one.name)),
                         "metrics": self.metrics(law, one.name),
+                        "where_possible": self.where_possible(law, one.name)[0]
+                        if one.name in self.possible
+                        else None,
                     }
                     for one in self.scenarios
                 },
@@ -188,6 +210,7 @@ def judge(
     specs: Mapping[str, Specification],
     *,
     notes: Sequence[str] = (),
+    possible: Mapping[str, Bool[np.ndarray, " draw"]] | None = None,
     report: Report = silent,
 ) -> Judgement:
     """Every law on every draw of the bank in every scenario."""
@@ -199,7 +222,15 @@ def judge(
             outcomes[law][scenario.name] = run(bank, law_of(one, bank.draws.design), scenario)
             done = sum(map(len, outcomes.values()))
             report("judging", done, total)
-    return Judgement(dict(gains), tuple(scenarios), specs, outcomes, len(bank), tuple(notes))
+    return Judgement(
+        dict(gains),
+        tuple(scenarios),
+        specs,
+        outcomes,
+        len(bank),
+        tuple(notes),
+        dict(possible or {}),
+    )
 
 
 class TradeOff(NamedTuple):

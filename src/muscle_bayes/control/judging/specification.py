@@ -71,6 +71,13 @@ class Specification:
         """Whether each draw keeps every limit."""
         return self.worst(found) <= 0.0
 
+    def met_by_best(self, best: Metrics) -> Bool[np.ndarray, " draw"]:
+        """Whether the best input (`feasible`) keeps every limit on each draw.
+
+        It keeps the temperature softly: a kelvin too much is the optimisation's own inexactness.
+        """
+        return self.met(best._replace(peak_temperature=np.asarray(best.peak_temperature) - 1.0))
+
 
 def wanted(course: Course, chosen: Mapping[str, float] | None = None) -> Specification:
     """What is wanted of a course before anything is known of what can be done.
@@ -115,9 +122,7 @@ def within_reach(asked: Specification, best: Metrics) -> Specification:
         if np.mean(np.isinf(rows.get(name, np.zeros(1)))) > 0.5:
             reason = f"no input reaches the setpoint: {name.replace('_', ' ')} is infinite"
     found = Specification(HARMLESS if reason else limits, values, reason)
-    # The optimisation keeps the temperature softly: a kelvin too much is its own inexactness.
-    cooler = best._replace(peak_temperature=np.asarray(best.peak_temperature) - 1.0)
-    return replace(found, attainable=float(np.mean(found.met(cooler))))
+    return replace(found, attainable=float(np.mean(found.met_by_best(best))))
 
 
 def specifications(
