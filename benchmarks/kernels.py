@@ -14,11 +14,11 @@ import muscle_bayes as mb
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
-from muscle_bayes.inference.sampling.kernels import CrankNicolsonSteps, Nuts, SmoothBlock
+from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
 from muscle_bayes.inference.sampling.sampler import Effort, draw
 from muscle_bayes.inference.search.mode import find_mode
 
-KERNELS: dict[str, SmoothBlock] = {"Crank-Nicolson": CrankNicolsonSteps(), "NUTS": Nuts()}
+KERNELS: dict[str, Sampler] = {"surrogate transitions": LinearisedSteps(), "NUTS": Nuts()}
 COLUMNS = (
     "runs",
     "kernel",
@@ -41,7 +41,7 @@ def rows(runs: str, draws: int = 200) -> list[tuple[str, ...]]:
     smooth = np.isin(names, blocks_of(list(names)).smooth)
     found = []
     for kernel, block in KERNELS.items():
-        effort = Effort(warmup=50, draws=draws, rounds=0, smooth=block)
+        effort = Effort(warmup=50, draws=draws, rounds=0, sampler=block)
         for _ in range(2):  # the second time without compiling
             begun = time.process_time()
             drawn = draw(jax.random.key(1), mode, problem, effort)

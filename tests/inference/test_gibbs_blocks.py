@@ -16,7 +16,12 @@ from muscle_bayes.inference.model.calibration_model import CalibrationModel, cal
 from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.problem import Data
-from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of, slice_update
+from muscle_bayes.inference.sampling.gibbs_blocks import (
+    Slices,
+    blocks_of,
+    force_update,
+    noise_update,
+)
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 FORCES = ("F_modulus_min", "F_hyst_min")
@@ -51,10 +56,13 @@ def successive(
     model: CalibrationModel, values: Mapping[str, jax.Array], data: Data, count: int
 ) -> dict[str, np.ndarray]:
     """Readings drawn given the values, then values by slices given the readings, in turns."""
-    update, layout = slice_update(model, Slices()), model.problem.layout
+    layout, slices = model.problem.layout, Slices()
     blocks = blocks_of([name for name, _ in layout.shapes])
     names = blocks.minimum_forces + blocks.noise
     others = {name: value for name, value in values.items() if name not in names}
+    updates = [(noise_update(model, slices), blocks.noise)]
+    if blocks.minimum_forces:
+        updates.insert(0, (force_update(model, slices), blocks.minimum_forces))
 
     @jax.jit
     def run(key: jax.Array, own: dict[str, jax.Array], data: Data) -> dict[str, jax.Array]:
@@ -64,7 +72,9 @@ def successive(
             ((distribution, _),) = model.likelihoods(others | own, predicted, data).values()
             readings = distribution.sample(key_readings)[None]
             fresh = data._replace(lanes=(data.lanes[0]._replace(reading=readings),))
-            own = update(key_values, own, others, fresh)
+            for key, (update, mine) in zip(jax.random.split(key_values), updates, strict=False):
+                rest = others | {name: own[name] for name in names if name not in mine}
+                own = own | update(key, {name: own[name] for name in mine}, rest, fresh)
             return own, own
 
         return jax.lax.scan(step, own, jax.random.split(key, count))[1]

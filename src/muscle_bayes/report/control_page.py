@@ -142,7 +142,7 @@ def _probabilities(result: Judgement) -> str:
             share, error = result.probability(law, name)
             cells.append(f"{share:.3f} ({error:.3f})")
         rows.append((name or "**all**", *cells))
-        if name in result.possible:
+        if name and name in result.possible:
             found = [result.where_possible(law, name) for law in result.gains]
             told = f"{name}, on the {found[0][2]} of {result.possible[name].size} joints that can"
             rows.append((told, *(f"{share:.3f} ({error:.3f})" for share, error, _ in found)))

@@ -131,6 +131,14 @@ class OUDiscrepancy(dist.Distribution):
         parts = self.elapsed, self.white_variance, self.load_step, self.observed
         return one(residual, *parts, self.basis, self.noise)
 
+    def sensitivities(self, changes: Float[Array, "... n m"]) -> Float[Array, "... n m"]:
+        """Change of the errors of `innovations` with changes of the prediction, the clock as it is."""
+        one = _sensitivities
+        for _ in self.batch_shape:
+            one = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None))
+        parts = self.elapsed, self.white_variance, self.load_step, self.observed
+        return one(changes, *parts, self.basis, self.noise)
+
 
 class Innovations(NamedTuple):
     """What each reading adds to what the earlier ones said; 0 where nothing is observed."""
@@ -152,16 +160,43 @@ def _innovations(
     noise: NoiseParameters,
 ) -> Innovations:
     """Of one record. Starts a ~ N(0, I): log N(z; 0, I + S S') with z, S the whitened columns."""
-    columns = jnp.where(jnp.isfinite(residual), residual, 0.0)[:, None]
-    if basis is not None:
-        columns = jnp.concatenate([columns, jnp.where(jnp.isfinite(basis), basis, 0.0)], axis=1)
+    columns = _with_basis(jnp.where(jnp.isfinite(residual), residual, 0.0)[:, None], basis)
     errors, log_scale = whiten(columns, elapsed, white_variance, load_step, observed, noise)
     z, s = errors[:, 0], errors[:, 1:]
     density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * observed
     if basis is not None:
-        information = jnp.eye(s.shape[1]) + s.T @ s
-        explained = s @ jnp.linalg.solve(information, s.T @ z)
+        information, explained = _explained(z, s)
         volume = 0.5 * jnp.linalg.slogdet(information)[1]
         density += 0.5 * explained * z - volume * observed / jnp.maximum(observed.sum(), 1.0)
         z = z - explained
     return Innovations(density, z, log_scale)
+
+
+def _sensitivities(
+    changes: Float[Array, "n m"],
+    elapsed: Float[Array, " n"],
+    white_variance: Float[Array, " n"],
+    load_step: Float[Array, " n"],
+    observed: Float[Array, " n"],
+    basis: Float[Array, "n k"] | None,
+    noise: NoiseParameters,
+) -> Float[Array, "n m"]:
+    """Of the errors of one record to its prediction."""
+    columns = _with_basis(-changes, basis)
+    errors, _ = whiten(columns, elapsed, white_variance, load_step, observed, noise)
+    z, s = errors[:, : changes.shape[1]], errors[:, changes.shape[1] :]
+    return z if basis is None else z - _explained(z, s)[1]
+
+
+def _with_basis(
+    columns: Float[Array, "n m"], basis: Float[Array, "n k"] | None
+) -> Float[Array, "n m_and_k"]:
+    if basis is None:
+        return columns
+    return jnp.concatenate([columns, jnp.where(jnp.isfinite(basis), basis, 0.0)], axis=1)
+
+
+def _explained(z: Array, s: Float[Array, "n k"]) -> tuple[Float[Array, "k k"], Array]:
+    """I + S'S, and what unknown starts explain of whitened columns: S (I + S'S)^-1 S'z."""
+    information = jnp.eye(s.shape[1]) + s.T @ s
+    return information, s @ jnp.linalg.solve(information, s.T @ z)

@@ -32,18 +32,29 @@ def _parts(
     lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> _Parts:
     reading = jnp.where(jnp.isfinite(prediction.reading), prediction.reading, 0.0)
-    expected = zero + prediction.reading
-    if prediction.reach is not None:
-        back = (lane.start - lane.pivot) / lane.start_spread
-        expected = expected + prediction.reach @ back
     return _Parts(
-        expected,
+        _expected(lane, zero, prediction),
         elapsed_time(reading, lane.time, lane.jolted, noise, lane.quantum, regime),
         reading_variance(noise, lane.weight, lane.coarse, lane.quantum) + lane.thermal,
         (lane.weight > 0).astype(lane.reading.dtype),
         lane.jolted,
         prediction.reach,
     )
+
+
+def _expected(lane: Lanes, zero: Array, prediction: LanePrediction) -> Float[Array, " interval"]:
+    expected = zero + prediction.reading
+    if prediction.reach is not None:
+        back = (lane.start - lane.pivot) / lane.start_spread
+        expected = expected + prediction.reach @ back
+    return expected
+
+
+def expected_reading(
+    lanes: Lanes, zero: Array, prediction: LanePrediction
+) -> Float[Array, "lane interval"]:
+    """Readings that predictions of lanes expect; segments begin where their first readings say."""
+    return jax.vmap(_expected)(lanes, zero, prediction)
 
 
 def reading_distribution(

@@ -91,58 +91,80 @@ def _noise_of_mixture(mixture: Float[Array, "3"], regime: str) -> dict[str, Arra
     return {key: jnp.exp(value) for key, value in zip(keys, (noise, size, time), strict=True)}
 
 
-def slice_update(model: CalibrationModel, slices: Slices) -> Callable[..., dict[str, Array]]:
-    """The update of `SliceBlock` for a model."""
+type Update = Callable[..., dict[str, Array]]
+"""Of some sites, from key, own values, those of all other sites, and data."""
+
+
+def force_update(model: CalibrationModel, slices: Slices) -> Update:
+    """Slices of the minimum forces of a model; each costs a simulation."""
     layout = model.problem.layout
-    blocks = blocks_of([name for name, _ in layout.shapes])
-    regimes = tuple(dict.fromkeys(layout.regimes))
-
-    def log_prior(values: Mapping[str, Array], names: Sequence[str], data: Data) -> Array:
-        """Of positive sites, with respect to their logarithms."""
-        parts = [data.priors[name].log_prob(values[name]) + jnp.log(values[name]) for name in names]
-        return jnp.sum(jnp.stack(parts))
-
-    def log_likelihood(
-        values: Mapping[str, Array], predicted: list[LanePrediction], data: Data
-    ) -> Array:
-        pairs = model.likelihoods(values, predicted, data).values()
-        total = sum(jnp.sum(one.log_prob(readings)) for one, readings in pairs)
-        return jnp.where(all_solved(predicted), total, -jnp.inf)
-
-    def forces_at(point: Array, values: Mapping[str, Array], data: Data) -> Any:
-        moved = {**values, **dict(zip(blocks.minimum_forces, jnp.exp(point), strict=True))}
-        predicted = predictions(moved, layout, data)
-        prior = log_prior(moved, blocks.minimum_forces, data)
-        return prior + log_likelihood(moved, predicted, data), predicted
-
-    def noise_at(point: Array, values: Mapping[str, Array], predicted: Any, data: Data) -> Any:
-        moved = dict(values)
-        for regime, mixture in zip(regimes, point.reshape(-1, 3), strict=True):
-            moved |= _noise_of_mixture(mixture, regime)
-        total = log_prior(moved, blocks.noise, data) + log_likelihood(moved, predicted, data)
-        return total, ()
+    names = blocks_of([name for name, _ in layout.shapes]).minimum_forces
 
     def update(
         key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
     ) -> dict[str, Array]:
         values = {**others, **own}
-        key_forces, key_noise = jax.random.split(key)
-        if blocks.minimum_forces:
-            forces = jnp.log(jnp.stack([values[name] for name in blocks.minimum_forces]))
-            steps = jnp.tile(slices.force_width * jnp.eye(forces.size), (slices.force_rounds, 1))
-            there = slice_sweep(key_forces, lambda x: forces_at(x, values, data), forces, steps)
-            values |= dict(zip(blocks.minimum_forces, jnp.exp(there.point), strict=True))
-            predicted = there.extra
-        else:
-            predicted = predictions(values, layout, data)
+
+        def density(point: Array) -> tuple[Array, tuple[()]]:
+            moved = values | dict(zip(names, jnp.exp(point), strict=True))
+            predicted = predictions(moved, layout, data)
+            return _log_prior(moved, names, data) + _log_likelihood(
+                model, moved, predicted, data
+            ), ()
+
+        forces = jnp.log(jnp.stack([values[name] for name in names]))
+        steps = jnp.tile(slices.force_width * jnp.eye(forces.size), (slices.force_rounds, 1))
+        there = slice_sweep(key, density, forces, steps)
+        return dict(zip(names, jnp.exp(there.point), strict=True))
+
+    return update
+
+
+def noise_update(model: CalibrationModel, slices: Slices) -> Update:
+    """Slices of the noise parameters of a model, on one prediction."""
+    layout = model.problem.layout
+    names = blocks_of([name for name, _ in layout.shapes]).noise
+    regimes = tuple(dict.fromkeys(layout.regimes))
+
+    def update(
+        key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
+    ) -> dict[str, Array]:
+        values = {**others, **own}
+        predicted = predictions(values, layout, data)
+
+        def with_noise(point: Array) -> dict[str, Array]:
+            moved = dict(values)
+            for regime, mixture in zip(regimes, point.reshape(-1, 3), strict=True):
+                moved |= _noise_of_mixture(mixture, regime)
+            return moved
+
+        def density(point: Array) -> tuple[Array, tuple[()]]:
+            moved = with_noise(point)
+            return _log_prior(moved, names, data) + _log_likelihood(
+                model, moved, predicted, data
+            ), ()
+
         mixtures = jnp.concatenate([_mixture_of(values, regime) for regime in regimes])
         directions = np.kron(np.eye(len(regimes)), slices.noise_directions())
         steps = jnp.tile(jnp.asarray(directions), (slices.noise_rounds, 1))
-        here = slice_sweep(
-            key_noise, lambda x: noise_at(x, values, predicted, data), mixtures, steps
-        )
-        for regime, mixture in zip(regimes, here.point.reshape(-1, 3), strict=True):
-            values |= _noise_of_mixture(mixture, regime)
-        return {name: values[name] for name in own}
+        found = with_noise(slice_sweep(key, density, mixtures, steps).point)
+        return {name: found[name] for name in names}
 
     return update
+
+
+def _log_prior(values: Mapping[str, Array], names: Sequence[str], data: Data) -> Array:
+    """Of positive sites, with respect to their logarithms."""
+    parts = [data.priors[name].log_prob(values[name]) + jnp.log(values[name]) for name in names]
+    return jnp.sum(jnp.stack(parts))
+
+
+def _log_likelihood(
+    model: CalibrationModel,
+    values: Mapping[str, Array],
+    predicted: list[LanePrediction],
+    data: Data,
+) -> Array:
+    pairs = model.likelihoods(values, predicted, data).values()
+    total = sum(jnp.sum(one.log_prob(readings)) for one, readings in pairs)
+    return jnp.where(all_solved(predicted), total, -jnp.inf)

@@ -1,22 +1,27 @@
-"""The samplers' kernels: NumPyro's Gibbs of the slice-sampled block and of one for all smooth sites."""
+"""The samplers' kernels, NumPyro's Gibbs of a block for each kind of site."""
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpyro.infer import NUTS, Gibbs
-from numpyro.infer.gibbs import GibbsState
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
-from muscle_bayes.inference.sampling.crank_nicolson import CrankNicolson
+from muscle_bayes.inference.model.noise import NoiseParameters
+from muscle_bayes.inference.model.problem import Layout, Problem
 from muscle_bayes.inference.sampling.gibbs_blocks import (
     SliceBlock,
     Slices,
     blocks_of,
-    slice_update,
+    force_update,
+    noise_update,
 )
+from muscle_bayes.inference.sampling.linearised import Linearised, linearised, surrogate_of
+from muscle_bayes.inference.sampling.surrogate_transitions import SurrogateTransitions
+from muscle_bayes.inference.search.tempering import entry_names
 
 SCHEDULE = 1000
 """Warm-up that NUTS is told of. Its first 75 draws adapt the step size alone and without a restart;
@@ -24,46 +29,57 @@ ours is shorter and ends there."""
 
 
 class Normal(NamedTuple):
-    """The smooth sites, unconstrained, as the Fisher information at the mode has them."""
+    """The smooth sites, unconstrained, as the Fisher information at a point has them."""
 
     names: tuple[str, ...]
-    """Site of each entry."""
-    centre: Float[np.ndarray, " n"]
-    covariance: Float[np.ndarray, "n n"]
+    """Site of each smooth entry."""
+    entries: Int[np.ndarray, " m"]
+    """Their places in the unconstrained vector."""
+    point: Float[np.ndarray, " n"]
+    """The whole vector: their mean, and where the other sites are."""
+    covariance: Float[np.ndarray, "m m"]
 
 
-class SmoothBlock(Protocol):
-    """How the smooth sites are sampled."""
+class Sampler(Protocol):
+    """How the sites are sampled. The last block has the smooth ones, and leaves the statistics."""
 
     statistics: ClassVar[dict[str, str]]
-    """What a draw leaves, by ArviZ's name, and its field of the block's state."""
+    """What a draw leaves, by ArviZ's name, and its field of the last block's state."""
     constrained: ClassVar[bool]
-    """Whether the block's state holds values, rather than the unconstrained ones."""
+    """Whether that block is begun with values, rather than with unconstrained ones."""
 
-    def kernel(self, model: CalibrationModel, sites: tuple[str, ...]) -> Any:
-        """The block's kernel."""
+    def kernel(self, model: CalibrationModel) -> Gibbs:
+        """The kernel of all sites."""
 
-    def begun(self, state: Any, sites: tuple[str, ...], normal: Normal) -> Any:
-        """A block's first state with what the mode tells."""
+    def last_block(self, layout: Layout) -> int:
+        """Number of the last block."""
+
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Any:
+        """What all chains need of the normal approximation."""
+
+    def begun(self, state: Any, prepared: Any) -> Any:
+        """The last block's state with that."""
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         """The state of all chains after warm-up; statistics have chain and draw axes."""
 
-    def unconstrained(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """Unconstrained draws of the block's sites from those that the state holds."""
+    def vectors(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+    ) -> Float[np.ndarray, "chain draw n"]:
+        """Unconstrained draws of all sites from those that the blocks hold."""
 
 
 @dataclass(frozen=True)
 class Nuts:
-    """NUTS. The inverse Fisher information is its inverse mass matrix.
+    """Slices of the minimum forces, slices of the noise, NUTS over all other sites.
 
-    The step size is adapted, the matrix is not, for the noise's funnel would spoil it.
+    The inverse Fisher information is NUTS' inverse mass matrix. Its step size is adapted, the matrix is
+    not, for the noise's funnel would spoil it.
     """
 
     target_acceptance: float = 0.75
     max_tree_depth: int = 5
+    slices: Slices = field(default_factory=Slices)
 
     statistics: ClassVar[dict[str, str]] = {
         "diverging": "diverging",
@@ -75,19 +91,29 @@ class Nuts:
     }
     constrained: ClassVar[bool] = False
 
-    def kernel(self, model: CalibrationModel, sites: tuple[str, ...]) -> NUTS:
-        return NUTS(
+    def kernel(self, model: CalibrationModel) -> Gibbs:
+        sites = blocks_of([name for name, _ in model.problem.layout.shapes])
+        whole = NUTS(
             model,
-            dense_mass=[sites],
+            dense_mass=[sites.smooth],
             adapt_mass_matrix=False,
             target_accept_prob=self.target_acceptance,
             max_tree_depth=self.max_tree_depth,
         )
+        noise = SliceBlock(noise_update(model, self.slices)), sites.noise
+        return Gibbs([*_forces(model, self.slices), noise, (whole, sites.smooth)])
 
-    def begun(self, state: Any, sites: tuple[str, ...], normal: Normal) -> Any:
-        root = np.linalg.cholesky(np.linalg.inv(normal.covariance))
+    def last_block(self, layout: Layout) -> int:
+        return 1 + _has_forces(layout)
+
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
+        return normal
+
+    def begun(self, state: Any, prepared: Normal) -> Any:
+        sites = tuple(dict.fromkeys(prepared.names))
+        root = np.linalg.cholesky(np.linalg.inv(prepared.covariance))
         adapted = state.adapt_state._replace(
-            inverse_mass_matrix={sites: jnp.asarray(normal.covariance)},
+            inverse_mass_matrix={sites: jnp.asarray(prepared.covariance)},
             mass_matrix_sqrt={sites: jnp.asarray(root)},
             mass_matrix_sqrt_inv={sites: jnp.asarray(np.linalg.inv(root))},
         )
@@ -101,19 +127,30 @@ class Nuts:
         adapted = adapted._replace(step_size=jnp.full_like(adapted.step_size, size))
         return state._replace(adapt_state=adapted, i=jnp.full_like(state.i, SCHEDULE))
 
-    def unconstrained(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        return values
+    def vectors(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+    ) -> Float[np.ndarray, "chain draw n"]:
+        smooth = blocks_of([name for name, _ in layout.shapes]).smooth
+        # NUTS holds its sites unconstrained; the others are positive.
+        free = [values[n] if n in smooth else np.log(values[n]) for n, _ in layout.shapes]
+        return np.concatenate([one.reshape(*one.shape[:2], -1) for one in free], axis=2)
 
 
 @dataclass(frozen=True)
-class CrankNicolsonSteps:
-    """Crank-Nicolson steps about the normal approximation at the mode."""
+class LinearisedSteps:
+    """Slices of the minimum forces, and `SurrogateTransitions` over all other sites.
+
+    The surrogate takes the model's predictions as linear about the mode.
+    """
 
     steps: int = 8
+    moves: int = 4
+    """Of the noise, in each step."""
     spread: float = 1.1
-    """Standard deviation of proposals, in those of the approximation, whose tails may be too thin."""
+    """Standard deviation of proposals, in those of the surrogate, whose tails may be too thin."""
+    noise_widths: tuple[float, float, float] = (0.5, 2.0, 2.0)
+    """Largest scale of moves in log noise, log discrepancy and log correlation time."""
+    slices: Slices = field(default_factory=Slices)
 
     statistics: ClassVar[dict[str, str]] = {
         "acceptance_rate": "accept_prob",
@@ -122,56 +159,61 @@ class CrankNicolsonSteps:
     }
     constrained: ClassVar[bool] = True
 
-    def kernel(self, model: CalibrationModel, sites: tuple[str, ...]) -> CrankNicolson:
-        return CrankNicolson(model, self.steps)
+    def kernel(self, model: CalibrationModel) -> Gibbs:
+        layout = model.problem.layout
+        sites = blocks_of([name for name, _ in layout.shapes])
+        smooth = entries_of(sites.smooth, layout)
+        whole = SurrogateTransitions(
+            model,
+            surrogate_of(layout, smooth, self.spread),
+            smooth,
+            self._noise_directions(layout),
+            steps=self.steps,
+            moves=self.moves,
+        )
+        return Gibbs([*_forces(model, self.slices), (whole, sites.smooth + sites.noise)])
 
-    def begun(self, state: Any, sites: tuple[str, ...], normal: Normal) -> Any:
-        order = np.argsort(normal.names, kind="stable")
-        root = self.spread * np.linalg.cholesky(normal.covariance[np.ix_(order, order)])
-        return state._replace(centre=jnp.asarray(normal.centre[order]), root=jnp.asarray(root))
+    def _noise_directions(self, layout: Layout) -> Float[np.ndarray, "k n"]:
+        """Each quantity alone, and a long-lived discrepancy along which its steps stay as large."""
+        rows = []
+        for regime in dict.fromkeys(layout.regimes):
+            names = [f"{regime}.{key}" for key in NoiseParameters._fields]
+            entries = [int(entries_of([name], layout)[0]) for name in names]
+            time = self.noise_widths[2]
+            for widths in (*np.diag(self.noise_widths), (0.0, 0.5 * time, time)):
+                row = np.zeros(len(entry_names(layout)))
+                row[entries] = widths
+                rows.append(row)
+        return np.array(rows)
+
+    def last_block(self, layout: Layout) -> int:
+        return _has_forces(layout)
+
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Linearised:
+        return linearised(normal.point, normal.entries, normal.covariance, problem, workers)
+
+    def begun(self, state: Any, prepared: Linearised) -> Any:
+        return state._replace(about=prepared)
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
-        """With the mean of what all chains drew in the later half of warm-up as the centre."""
-        places = statistics["place"]
-        later = places[:, places.shape[1] // 2 :]
-        return state._replace(centre=jnp.asarray(later.mean((0, 1))))
+        return state
 
-    def unconstrained(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        names = sorted(values)
-        sizes = [int(np.prod(values[name].shape[2:])) for name in names]
-        parts = np.split(statistics["place"], np.cumsum(sizes)[:-1], axis=2)
-        return dict(zip(names, parts, strict=True))
+    def vectors(
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+    ) -> Float[np.ndarray, "chain draw n"]:
+        return statistics["place"]
 
 
-def gibbs_kernel(
-    model: CalibrationModel, smooth: SmoothBlock | None = None, slices: Slices | None = None
-) -> Gibbs:
-    """NumPyro's kernel for a model: slices of minimum forces and noise, then all smooth sites at once.
-
-    Args:
-        model: of the runs.
-        smooth: how the smooth sites are sampled; `Nuts()` unless given.
-        slices: how the slice-sampled block moves.
-    """
-    smooth, slices = smooth or Nuts(), slices or Slices()
-    blocks = blocks_of([name for name, _ in model.problem.layout.shapes])
-    sliced = SliceBlock(slice_update(model, slices))
-    whole = smooth.kernel(model, blocks.smooth)
-    return Gibbs([(sliced, blocks.minimum_forces + blocks.noise), (whole, blocks.smooth)])
+def entries_of(sites: Collection[str], layout: Layout) -> Int[np.ndarray, " m"]:
+    """Places of these sites in the unconstrained vector."""
+    return np.flatnonzero(np.isin(entry_names(layout), list(sites)))
 
 
-def with_smooth(state: GibbsState, block: Any) -> GibbsState:
-    """The state with another one of the smooth block."""
-    return state._replace(block_states=(state.block_states[0], block))
+def _has_forces(layout: Layout) -> int:
+    return int(bool(blocks_of([name for name, _ in layout.shapes]).minimum_forces))
 
 
-def smooth_state(state: GibbsState) -> Any:
-    """State of the smooth block."""
-    return state.block_states[1]
-
-
-def statistics_of(smooth: SmoothBlock) -> dict[str, str]:
-    """Fields of the whole state, by ArviZ's name."""
-    return {name: f"block_states.1.{field}" for name, field in smooth.statistics.items()}
+def _forces(model: CalibrationModel, slices: Slices) -> list[tuple[SliceBlock, tuple[str, ...]]]:
+    """The block of the minimum forces, where there are any."""
+    names = blocks_of([name for name, _ in model.problem.layout.shapes]).minimum_forces
+    return [(SliceBlock(force_update(model, slices)), names)] if names else []

@@ -1,7 +1,7 @@
 """Draws from a posterior by NumPyro's MCMC, in rounds until the chains agree."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -20,20 +20,18 @@ from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.running.programs import constrained, potential_at
 from muscle_bayes.inference.running.side_by_side import side_by_side
-from muscle_bayes.inference.sampling.gibbs_blocks import Slices, blocks_of
+from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
 from muscle_bayes.inference.sampling.kernels import (
     SCHEDULE,
-    CrankNicolsonSteps,
+    LinearisedSteps,
     Normal,
     Nuts,
-    SmoothBlock,
-    gibbs_kernel,
-    smooth_state,
-    statistics_of,
-    with_smooth,
+    Sampler,
+    entries_of,
 )
 from muscle_bayes.inference.search.factored import FactoredPrecision
-from muscle_bayes.inference.search.mode import Mode
+from muscle_bayes.inference.search.mode import Mode, descended
+from muscle_bayes.inference.search.tempering import entry_names
 
 MAX_RHAT = 1.01
 
@@ -53,12 +51,11 @@ class Effort:
     """Bulk effective sample size that is wanted of every sampled quantity."""
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
-    smooth: SmoothBlock | None = None
-    """How the smooth sites are sampled. None: by `CrankNicolsonSteps`, unless fewer than
-    `least_acceptance` of their proposals are accepted in warm-up; then by `Nuts`."""
-    least_acceptance: float = 0.3
-    """With which the normal approximation at the mode counts as good."""
-    slices: Slices = field(default_factory=Slices)
+    sampler: Sampler | None = None
+    """How sites are sampled. None: by `LinearisedSteps`, unless fewer than `least_acceptance` of their
+    proposals are accepted in warm-up; then by `Nuts`."""
+    least_acceptance: float = 0.1
+    """With which taking predictions as linear counts as good: a draw of `Nuts` costs ten times as much."""
     chunk: int = 25
     """Draws between two reports of progress."""
 
@@ -105,7 +102,7 @@ class _Rows(NamedTuple):
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
 def _advance(
-    kernel: Gibbs, smooth: SmoothBlock, count: int, state: GibbsState, data: Data
+    kernel: Gibbs, sampler: Sampler, count: int, state: GibbsState, data: Data
 ) -> tuple[GibbsState, _Rows]:
     """`count` draws of one chain by `numpyro.infer.MCMC`.
 
@@ -115,7 +112,8 @@ def _advance(
         kernel, num_warmup=0, num_samples=count, progress_bar=False, postprocess_fn=identity
     )
     mcmc.post_warmup_state = state
-    fields = statistics_of(smooth)
+    last = len(state.block_states) - 1
+    fields = {name: f"block_states.{last}.{key}" for name, key in sampler.statistics.items()}
     mcmc.run(state.rng_key, data, extra_fields=tuple(fields.values()))
     found = mcmc.get_extra_fields()
     statistics = {name: found[field] for name, field in fields.items()}
@@ -125,43 +123,51 @@ def _advance(
 _KERNELS: dict[Any, Gibbs] = {}
 
 
-def _kernel(problem: Problem, smooth: SmoothBlock, slices: Slices) -> Gibbs:
+def _kernel(problem: Problem, sampler: Sampler) -> Gibbs:
     """Made once for all problems that share compiled code."""
     names = tuple(run.name for run in problem.runs)
-    structure = jax.tree.structure(problem.data)
-    key = problem.layout, problem.lane_runs, names, structure, smooth, slices
+    key = problem.layout, problem.lane_runs, names, jax.tree.structure(problem.data), sampler
     if key not in _KERNELS:
-        _KERNELS[key] = gibbs_kernel(CalibrationModel(problem), smooth, slices)
+        _KERNELS[key] = sampler.kernel(CalibrationModel(problem))
     return _KERNELS[key]
 
 
 def _begin(
-    key: Array, kernel: Gibbs, mode: Mode, problem: Problem, smooth: SmoothBlock, chains: int
+    key: Array,
+    kernel: Gibbs,
+    mode: Mode,
+    problem: Problem,
+    sampler: Sampler,
+    chains: int,
+    workers: int,
 ) -> list[GibbsState]:
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
-    entries = _smooth_entries(layout)
-    blocks = blocks_of([name for name, _ in layout.shapes])
-    normal = _normal(mode, entries, layout)
+    smooth = blocks_of([name for name, _ in layout.shapes]).smooth
+    prepared = sampler.prepared(_normal(mode, layout), problem, workers)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
 
     @jax.jit
     def first(key: Array, place: Array, data: Data) -> GibbsState:
         values = constrain(place, layout, data)
-        if not smooth.constrained:
+        if not sampler.constrained:
             values |= {
-                name: dist.biject_to(data.priors[name].support).inv(values[name])
-                for name in blocks.smooth
+                name: dist.biject_to(data.priors[name].support).inv(values[name]) for name in smooth
             }
         # The first sweep computes the density: none is needed here, and none is compiled.
         return kernel.init(key, SCHEDULE, values, (data,), {"predict": False})
 
     states = []
     for key_chain in jax.random.split(key, chains):
-        place = _dispersed(rng, mode, entries, problem)
+        place = _dispersed(rng, mode, entries_of(smooth, layout), problem)
         state = first(key_chain, jnp.asarray(place), data)
-        states.append(with_smooth(state, smooth.begun(smooth_state(state), blocks.smooth, normal)))
+        states.append(_with_last(state, sampler.begun(state.block_states[-1], prepared)))
     return states
+
+
+def _with_last(state: GibbsState, block: Any) -> GibbsState:
+    """The state with another one of its last block."""
+    return state._replace(block_states=(*state.block_states[:-1], block))
 
 
 def _placed(states: list[GibbsState]) -> list[GibbsState]:
@@ -169,22 +175,24 @@ def _placed(states: list[GibbsState]) -> list[GibbsState]:
     return jax.device_put(states, jax.devices()[0])
 
 
-def _smooth_entries(layout: Layout) -> np.ndarray:
-    """Entries of the unconstrained vector in the smooth block."""
-    names = _entry_names(layout)
-    return np.flatnonzero(np.isin(names, blocks_of(list(names)).smooth))
-
-
-def _entry_names(layout: Layout) -> np.ndarray:
-    sizes = [int(np.prod(shape)) for _, shape in layout.shapes]
-    return np.repeat([name for name, _ in layout.shapes], sizes)
-
-
-def _normal(mode: Mode, entries: np.ndarray, layout: Layout) -> Normal:
+def _normal(mode: Mode, layout: Layout) -> Normal:
     """The normal approximation of the smooth sites."""
+    names = np.array(entry_names(layout))
+    entries = entries_of(blocks_of(list(names)).smooth, layout)
     covariance = FactoredPrecision(np.asarray(mode.information)[np.ix_(entries, entries)]).inverse()
-    names = tuple(_entry_names(layout)[entries])
-    return Normal(names, np.asarray(mode.vector)[entries], covariance)
+    return Normal(tuple(names[entries]), entries, np.asarray(mode.vector), covariance)
+
+
+def _normal_of_typical(point: Float[np.ndarray, " n"], problem: Problem) -> Normal:
+    """The normal approximation of the smooth sites where all others are as at a point.
+
+    At the mode of the joint density the noise is smaller than in most of the posterior, and so is the
+    spread of all that readings tell.
+    """
+    layout = problem.layout
+    smooth = entries_of(blocks_of([name for name, _ in layout.shapes]).smooth, layout)
+    others = np.setdiff1d(np.arange(point.size), smooth)
+    return _normal(descended(point, layout, problem.data, list(others)), layout)
 
 
 def _dispersed(
@@ -215,31 +223,37 @@ class _Chains:
         mode: Mode,
         problem: Problem,
         effort: Effort,
-        smooth: SmoothBlock,
+        sampler: Sampler,
         workers: int,
         report: Callable[[int, int, str], None],
     ) -> None:
-        self._kernel = _kernel(problem, smooth, effort.slices)
-        self._states = _placed(_begin(key, self._kernel, mode, problem, smooth, effort.chains))
-        self._smooth, self._problem, self._chunk = smooth, problem, effort.chunk
+        self._kernel = _kernel(problem, sampler)
+        states = _begin(key, self._kernel, mode, problem, sampler, effort.chains, workers)
+        self._states = _placed(states)
+        self._sampler, self._problem, self._chunk = sampler, problem, effort.chunk
         self._workers, self._report = workers, report
         self._done, self._planned = 0, effort.warmup + effort.draws
         self._rows: list[list[_Rows]] = []
         report(0, self._planned, "compiling")
 
     def warm_up(self, count: int) -> float:
-        """Drop so many draws, and adapt to them; their mean acceptance probability."""
-        self._advance(count, lambda: "warm-up")
-        statistics = _joined(self._rows).statistics
-        self._states = _placed(
-            [
-                with_smooth(one, self._smooth.warmed(smooth_state(one), statistics))
-                for one in self._states
-            ]
-        )
+        """Drop so many draws, and adapt to them; the mean acceptance probability of the later half."""
+        self._advance(count // 2, lambda: "warm-up")
+        vectors = self._drawn().vector
+        normal = _normal_of_typical(vectors[:, vectors.shape[1] // 2 :].mean((0, 1)), self._problem)
+        prepared = self._sampler.prepared(normal, self._problem, self._workers)
+        self._change_last(lambda block: self._sampler.begun(block, prepared))
         self._rows = []
-        rates = statistics["acceptance_rate"]
-        return float(rates[:, rates.shape[1] // 2 :].mean())
+        self._advance(count - count // 2, lambda: "warm-up")
+        statistics = _joined(self._rows).statistics
+        self._change_last(lambda block: self._sampler.warmed(block, statistics))
+        self._rows = []
+        return float(statistics["acceptance_rate"].mean())
+
+    def _change_last(self, change: Callable[[Any], Any]) -> None:
+        """Change the last block's state of all chains."""
+        states = [_with_last(one, change(one.block_states[-1])) for one in self._states]
+        self._states = _placed(states)
 
     def go_on(self, count: int) -> Draws:
         """All draws, after so many more."""
@@ -247,7 +261,7 @@ class _Chains:
         return self._drawn()
 
     def _drawn(self) -> Draws:
-        return _draws(self._rows, self._problem, self._smooth)
+        return _draws(self._rows, self._problem, self._sampler)
 
     def _advance(self, count: int, note: Callable[[], str]) -> None:
         for _ in range(-(-count // self._chunk)):
@@ -261,7 +275,7 @@ class _Chains:
             self._report(self._done, max(self._planned, self._done), note())
 
     def _one(self, state: GibbsState) -> tuple[GibbsState, _Rows]:
-        state, rows = _advance(self._kernel, self._smooth, self._chunk, state, self._problem.data)
+        state, rows = _advance(self._kernel, self._sampler, self._chunk, state, self._problem.data)
         return state, jax.device_get(rows)
 
 
@@ -286,12 +300,12 @@ def draw(
             R-hat so far.
     """
 
-    def begin(smooth: SmoothBlock) -> _Chains:
-        return _Chains(key, mode, problem, effort, smooth, workers, report)
+    def begin(sampler: Sampler) -> _Chains:
+        return _Chains(key, mode, problem, effort, sampler, workers, report)
 
-    chains = begin(effort.smooth or CrankNicolsonSteps())
+    chains = begin(effort.sampler or LinearisedSteps())
     accepted = chains.warm_up(effort.warmup)
-    if effort.smooth is None and accepted < effort.least_acceptance:
+    if effort.sampler is None and accepted < effort.least_acceptance:
         chains = begin(Nuts())
         chains.warm_up(effort.warmup)
     draws = chains.go_on(effort.draws)
@@ -308,17 +322,9 @@ def _joined(chunks: list[list[_Rows]]) -> _Rows:
     return jax.tree.map(lambda *x: np.stack(x), *chains)
 
 
-def _draws(chunks: list[list[_Rows]], problem: Problem, smooth: SmoothBlock) -> Draws:
+def _draws(chunks: list[list[_Rows]], problem: Problem, sampler: Sampler) -> Draws:
     values, statistics = _joined(chunks)
-    sites = blocks_of(list(values)).smooth
-    held = {name: np.asarray(values[name]) for name in sites}
-    free = smooth.unconstrained(held, statistics)
-    columns = []
-    for name, _ in problem.layout.shapes:
-        # The others are positive.
-        value = free[name] if name in free else np.log(values[name])
-        columns.append(value.reshape(*value.shape[:2], -1))
-    vector = np.concatenate(columns, axis=2)
+    vector = sampler.vectors(values, statistics, problem.layout)
     return Draws(vector, _sampled(vector, problem, len(chunks)), statistics)
 
 

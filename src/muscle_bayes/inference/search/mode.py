@@ -99,9 +99,16 @@ def _as_mode(row: Row[_Seen]) -> Mode:
     return Mode(jnp.asarray(row.point), row.potential, row.look.information, row.steps)
 
 
+def descended(
+    point: Float[np.ndarray, " n"], layout: Layout, data: Data, held: Sequence[int] = ()
+) -> Mode:
+    """The local maximum to which a point leads, the entries `held` as they are."""
+    return _as_mode(_descended([jnp.asarray(point)], layout, data, held)[0])
+
+
 def refine(mode: Mode, layout: Layout, data: Data) -> Mode:
     """The local maximum to which a mode of slightly different data leads."""
-    return _as_mode(_descended([mode.vector], layout, data)[0])
+    return descended(np.asarray(mode.vector), layout, data)
 
 
 @program
