@@ -8,7 +8,7 @@ import pytest
 
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.fit import Start, sampled_values
+from muscle_bayes.discovery.candidates import candidates
 from muscle_bayes.discovery.next_experiment import Thermal, course, plans, propose, thermal_of
 from muscle_bayes.discovery.nominal import nominal
 from muscle_bayes.inference.model.problem import pose
@@ -51,9 +51,8 @@ def test_what_is_proposed_separates_what_it_says_and_can_be_recorded() -> None:
     names = ("bias-torque", "second-relaxation")
     search, base = nominal(runs, "coulomb", (), names)
     nested = search.nested
-    values = sampled_values(nested, base)
-    starts = [Start((name,), nested.point(values, (name,)), base.data) for name in names]
-    first, second = search.fit(starts, steps=3)
+    tried = candidates(search, base, names, seed=0)
+    first, second = search.fit([tried[name][0].start for name in names], steps=3)
     found = propose(nested, first, second)
     assert found is not None
     assert found.separates == names
