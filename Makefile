@@ -70,10 +70,10 @@ control: $(READY) ## tune and judge gains over `make study`'s posterior, write d
 	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc
 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
-	@$(BIN)/muscle-bayes trial
+	@$(BIN)/python -m benchmarks.trial
 	@$(MAKE) --no-print-directory $(BENCH_READY)
 	@$(BIN)/python -m benchmarks.discovery --outcomes reports/trial/outcomes.json
-	@$(BIN)/python scripts/write_trial_doc.py reports/trial
+	@$(BIN)/python -m benchmarks.trial.page reports/trial
 
 stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: docs/discovery-*.md (REAL=folder)
 	@$(BIN)/python scripts/discovery_stories.py

@@ -18,8 +18,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from benchmarks.trial.counts import DETECTABLE, Rate
 from muscle_bayes.discovery.weigh import NONE
-from muscle_bayes.trial.counts import DETECTABLE, Rate
 
 RESULT = Path(__file__).parent / "results" / "discovery.json"
 SEARCH = """

@@ -21,7 +21,6 @@ PACKAGES = (
     "control",
     "report",
     "study",
-    "trial",
     "twin",
     "bench",
     "parallel",

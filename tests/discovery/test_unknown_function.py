@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.trial.outside import Detent
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.report.discovery_figures import unknown_figure
 from muscle_bayes.report.discovery_summary import summary
-from muscle_bayes.trial.outside import Detent
 from muscle_bayes.twin import Rig, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
 

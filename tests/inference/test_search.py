@@ -10,6 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from table_2 import sampled
 
+from benchmarks.trial.cases import HELD_OUT, Case, thesis_runs
+from benchmarks.trial.random_rigs import random_rig
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.nominal import without_runs
 from muscle_bayes.inference.model.density import constrain, unconstrain
@@ -18,8 +20,7 @@ from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.inference.search.tempering import AS_EXPECTED, OR_SUDDEN, Lasting, misfit_at
-from muscle_bayes.trial.cases import HELD_OUT, Case, thesis_runs
-from muscle_bayes.twin import random_rig, save_runs, simulate
+from muscle_bayes.twin import save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
 
 DATA = Path(__file__).parents[2] / "data" / "plain"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from muscle_bayes.trial.cases import RIG_NAMES, cases, write_runs
-from muscle_bayes.trial.counts import (
+from benchmarks.trial.cases import RIG_NAMES, cases, write_runs
+from benchmarks.trial.counts import (
     Rate,
     as_presumed,
     confusion,
@@ -16,8 +16,8 @@ from muscle_bayes.trial.counts import (
     rates,
     reliability,
 )
-from muscle_bayes.trial.other_rigs import HIDDEN, HIDDEN_OUTSIDE
-from muscle_bayes.trial.outside import OUTSIDE
+from benchmarks.trial.other_rigs import HIDDEN, HIDDEN_OUTSIDE
+from benchmarks.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS
 
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
+from benchmarks.trial.other_rigs import HELD, HIDDEN, RIGS, hidden_effect, other_runs
 from muscle_bayes.data import read_runs
-from muscle_bayes.trial.other_rigs import HELD, HIDDEN, RIGS, hidden_effect, other_runs
 
 KICK = 1.0
 """Seconds that are compared."""

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from muscle_bayes.trial.outcome import error_of_reading
+from benchmarks.trial.outcome import error_of_reading
 
 
 @pytest.mark.parametrize("noise", [0.25, 0.8])

@@ -1,17 +1,16 @@
 """The trial's figure and page, on outcomes made up for them."""
 
 import json
-import runpy
 from pathlib import Path
 
 import pytest
 
-from muscle_bayes.report.trial_figure import power_figure, trial_figure
-from muscle_bayes.trial.cases import cases
-from muscle_bayes.trial.counts import counted
-from muscle_bayes.trial.outcome import trial_tasks
-
-SCRIPTS = Path(__file__).parents[2] / "scripts"
+from benchmarks.trial import count, page
+from benchmarks.trial.cases import cases
+from benchmarks.trial.counts import counted
+from benchmarks.trial.outcome import trial_tasks
+from benchmarks.trial.power import power_figure
+from muscle_bayes.report.trial_figure import trial_figure
 
 
 def _outcomes(count: int) -> list[dict]:
@@ -47,14 +46,13 @@ def test_power_is_drawn_by_strength() -> None:
 
 
 def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> None:
-    script = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))
     outcomes = _outcomes(7)
-    assert script["extent"]({"none": 7}) == (
+    assert page.extent({"none": 7}) == (
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
         "**so not yet the whole trial**"
     )
-    assert script["verdict"]({"wanted": "", "share": 0.5}) == ""
-    monkeypatch.setitem(script["main"].__globals__, "DOCS", tmp_path)
+    assert page.verdict({"wanted": "", "share": 0.5}) == ""
+    monkeypatch.setattr(page, "DOCS", tmp_path)
     (tmp_path / "trial.png").write_bytes(b"")
     (tmp_path / "trial-power.png").write_bytes(b"")
     for code, words in (
@@ -63,15 +61,14 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
     ):
         numbers = {"codes": {code: 7}, **counted(outcomes)}
         (tmp_path / "trial.json").write_text(json.dumps(numbers))
-        script["main"](tmp_path)
-        page = (tmp_path / "trial.md").read_text()
-        assert words in page
-        assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | holds |" in page
+        page.main(tmp_path)
+        told = (tmp_path / "trial.md").read_text()
+        assert words in told
+        assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | holds |" in told
 
 
 def test_page_says_how_many_outcomes_are_of_earlier_code() -> None:
-    searched_by = runpy.run_path(str(SCRIPTS / "write_trial_doc.py"))["searched_by"]
-    said = searched_by({trial_tasks([]).stamp: 4, "0" * 64: 1, "1" * 64: 1})
+    said = page.searched_by({trial_tasks([]).stamp: 4, "0" * 64: 1, "1" * 64: 1})
     assert said.startswith("2 of them were **searched by earlier code**")
 
 
@@ -81,7 +78,7 @@ def test_what_is_kept_counts_up_to_the_first_case_that_is_not(tmp_path: Path) ->
             kept = tmp_path / "cases" / f"{case.name}.json"
             kept.parent.mkdir(exist_ok=True)
             kept.write_text(json.dumps({"inputs": str(index % 2), "result": _outcomes(1)[0]}))
-    runpy.run_path(str(SCRIPTS / "count_trial.py"))["main"](tmp_path)
+    count.main(tmp_path)
     numbers = json.loads((tmp_path / "trial.json").read_text())
     assert numbers["kinds"] == {"none": 5}
     assert numbers["codes"] == {"0": 2, "1": 3}

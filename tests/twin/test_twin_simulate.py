@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.trial.random_rigs import random_rig
 from muscle_bayes.data import HEADER, read_run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import (
@@ -15,7 +16,6 @@ from muscle_bayes.twin import (
     Stage,
     free,
     make_effect,
-    random_rig,
     save_runs,
     sawtooth,
     simulate,

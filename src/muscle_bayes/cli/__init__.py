@@ -28,7 +28,6 @@ from muscle_bayes.cli.sbc import sbc
 from muscle_bayes.cli.show import show
 from muscle_bayes.cli.simulate import simulate
 from muscle_bayes.cli.study import study
-from muscle_bayes.cli.trial import trial
 from muscle_bayes.cli.tune import tune
 from muscle_bayes.compiled import keep_compiled_code
 
@@ -47,7 +46,7 @@ GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
     "Discover": (effects, discover),
     "Control": (population, tune, robustness, hold, track),
     "Bench": (flash, sensors, calibrate, calibrate_heaters, calibrate_load, sequence, record),
-    "Checks of the method": (simulate, sbc, trial, bench_test),
+    "Checks of the method": (simulate, sbc, bench_test),
 }
 """Commands as the help lists them."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 FILES: Final = ("calibration.json", "trial.json", "gradient.json", "sampling.json")
-"""What `muscle-bayes sbc` and `trial`, and the benchmarks of gradient and sampler write."""
+"""What `muscle-bayes sbc`, `make trial` and the benchmarks of gradient and sampler write."""
 
 
 def available(folders: Iterable[Path], own: Path) -> tuple[Path, ...]:

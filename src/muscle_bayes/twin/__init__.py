@@ -22,7 +22,6 @@ from muscle_bayes.twin.plant.rig import (
 )
 from muscle_bayes.twin.plant.swings import spring_masses, spring_rig
 from muscle_bayes.twin.protocols import Protocol, Stage, free, sawtooth, spring, staircase
-from muscle_bayes.twin.random_rigs import random_rig
 from muscle_bayes.twin.simulate import SimulatedRun, simulate
 from muscle_bayes.twin.storage import save_runs
 
@@ -46,7 +45,6 @@ __all__ = [
     "free",
     "make_effect",
     "parse_effect",
-    "random_rig",
     "save_runs",
     "sawtooth",
     "simulate",

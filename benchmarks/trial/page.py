@@ -1,6 +1,6 @@
-"""Write docs/trial.md and its figure from what `make trial`, or count_trial.py, has left.
+"""Write docs/trial.md and its figure from what `make trial`, or benchmarks.trial.count, has left.
 
-python scripts/write_trial_doc.py FOLDER, with trial.json and trial.png in it.
+python -m benchmarks.trial.page FOLDER, with trial.json and trial.png in it.
 """
 
 import inspect
@@ -10,18 +10,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from muscle_bayes.cli.trial import trial
+from benchmarks.trial.__main__ import trial
+from benchmarks.trial.cases import KINDS, RIG_NAMES
+from benchmarks.trial.outcome import trial_tasks
 from muscle_bayes.discovery.weigh import PRIOR_NONE
-from muscle_bayes.trial.cases import KINDS, RIG_NAMES
-from muscle_bayes.trial.outcome import trial_tasks
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 BASELINES = ROOT / "benchmarks" / "results" / "discovery.json"
 
 HEAD = """# Trial of discovery
 
-Written by `scripts/write_trial_doc.py` (`make trial` runs it); do not edit.
+Written by `benchmarks/trial/page.py` (`make trial` runs it); do not edit.
 
 Effects were hidden in SYNTHETIC runs of random rigs (geometry, true parameters, strengths, noise), and
 searched blind (docs/discovery.md): {extent}. {rigs}

@@ -1,6 +1,6 @@
 """Count what a trial has left so far, whichever code searched it; nothing is searched.
 
-python scripts/count_trial.py FOLDER, with outcomes in FOLDER/cases. Of each kind, on each kind of
+python -m benchmarks.trial.count FOLDER, with outcomes in FOLDER/cases. Of each kind, on each kind of
 rig, the cases count that come before the first which is not there: none is chosen by how it ended.
 """
 
@@ -10,15 +10,15 @@ from collections import Counter
 from itertools import takewhile
 from pathlib import Path
 
-from muscle_bayes.cli.trial import write_counts
-from muscle_bayes.trial.cases import KINDS, RIG_NAMES, cases
+from benchmarks.trial.__main__ import write_counts
+from benchmarks.trial.cases import KINDS, RIG_NAMES, cases
 
 SEED = 0
 """Of `make trial`."""
 
 
 def main(folder: Path) -> None:
-    """Write trial.json, outcomes.json and trial.png, as `muscle-bayes trial` does at its end."""
+    """Write trial.json, outcomes.json and trial.png, as `benchmarks.trial` does at its end."""
     kept = {path.stem: json.loads(path.read_text()) for path in (folder / "cases").glob("*.json")}
     chosen = [
         kept[one.name]

@@ -9,13 +9,12 @@ import numpy as np
 from scipy.stats import beta
 
 from muscle_bayes.discovery.weigh import NONE, PRIOR_NONE, UNKNOWN
+from muscle_bayes.report.trial_figure import NOTHING
 
 DETECTABLE = 0.5
 """Least excess misfit, in the error of a reading, of a case that counts as detectable."""
 CLOSE = 1.1
 """Largest RMSE of held-out readings, in their own error, that counts as explained."""
-NOTHING = "nothing"
-"""What the confusion matrix calls a case without hidden effect."""
 BINS = 5
 EPS = np.finfo(float).tiny
 

@@ -7,8 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from muscle_bayes.data.writer import write_run
-from muscle_bayes.trial.other_rigs import (
+from benchmarks.trial.other_rigs import (
     HELD,
     HIDDEN,
     HIDDEN_OUTSIDE,
@@ -16,8 +15,10 @@ from muscle_bayes.trial.other_rigs import (
     hidden_effect,
     other_runs,
 )
-from muscle_bayes.trial.outside import OUTSIDE
-from muscle_bayes.twin import EFFECTS, Effect, Rig, SimulatedRun, random_rig, simulate, spring_rig
+from benchmarks.trial.outside import OUTSIDE
+from benchmarks.trial.random_rigs import random_rig
+from muscle_bayes.data.writer import write_run
+from muscle_bayes.twin import EFFECTS, Effect, Rig, SimulatedRun, simulate, spring_rig
 from muscle_bayes.twin.plant.swings import spring_masses
 from muscle_bayes.twin.protocols import Protocol, sawtooth, spring, staircase
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.trial.outside import OUTSIDE
 from muscle_bayes.conventions import GRAVITY
-from muscle_bayes.trial.outside import OUTSIDE
 from muscle_bayes.twin import EFFECTS, Effect
 from muscle_bayes.twin.plant.rotor import Rotor
 

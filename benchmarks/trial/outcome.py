@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.trial.cases import Case, write_runs
+from benchmarks.trial.outside import OUTSIDE
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.discover import applicable, discover
@@ -17,8 +19,6 @@ from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
-from muscle_bayes.trial.cases import Case, write_runs
-from muscle_bayes.trial.outside import OUTSIDE
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -89,5 +89,11 @@ def held_out_ratio(judged: Judged, noise: float, found: Discovery, run: str) -> 
 
 def trial_tasks(chosen: list[Case]) -> Tasks:
     """A task for each case; kept results count only for the same code and libraries."""
-    inputs = {"code": code_checksum(__name__), **{name: version(name) for name in LIBRARIES}}
+    package = ("muscle_bayes.discovery.discover", "muscle_bayes.twin")
+    here = ("cases", "other_rigs", "outcome", "outside", "random_rigs")
+    inputs = {
+        "code": [code_checksum(name) for name in package],
+        "trial": [Path(__file__).with_name(f"{name}.py").read_text() for name in here],
+        **{name: version(name) for name in LIBRARIES},
+    }
     return Tasks(run_case, {case.name: (case,) for case in chosen}, inputs)

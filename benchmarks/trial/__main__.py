@@ -1,4 +1,4 @@
-"""`muscle-bayes trial`: how often does discovery find what was hidden?"""
+"""`python -m benchmarks.trial`: how often does discovery find what was hidden?"""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,8 +11,10 @@ from muscle_bayes.cli.common import (
     SchedulerOption,
     SeedOption,
     WorkersOption,
+    user_errors,
     write_json,
 )
+from muscle_bayes.compiled import keep_compiled_code
 
 
 def trial(
@@ -31,20 +33,20 @@ def trial(
     Half of the rigs are like the thesis', the others are pendulums, sprung discs and driven axes. Rigs,
     true parameters, strengths and noise differ from case to case. Every finished case is kept
     in DIR, so interrupted work goes on where it stopped. All
-    outcomes end in one file, outcomes.json.
+    outcomes end in one file, outcomes.json. Workers of a scheduler run in the project's folder.
 
     Examples:
-        muscle-bayes trial --out reports/trial
-        muscle-bayes trial --single 4 --none 4 --outside 0 --pair 0 --workers 2
+        python -m benchmarks.trial --out reports/trial
+        python -m benchmarks.trial --single 4 --none 4 --outside 0 --pair 0 --workers 2
     """
     from rich.console import Console
     from rich.table import Table
 
+    from benchmarks.trial.cases import cases
+    from benchmarks.trial.outcome import trial_tasks
     from muscle_bayes.errors import MuscleBayesError
     from muscle_bayes.parallel.tasks import run_tasks
     from muscle_bayes.progress import shown_progress
-    from muscle_bayes.trial.cases import cases
-    from muscle_bayes.trial.outcome import trial_tasks
 
     wanted = {"single": single, "none": none, "outside": outside, "pair": pair}
     chosen = [one for kind, count in wanted.items() for one in cases(kind, count, seed)]  # type: ignore[arg-type]
@@ -83,9 +85,10 @@ def write_counts(
 
     `codes`: how many of them the code of each stamp has searched.
     """
+    from benchmarks.trial.counts import counted
+    from benchmarks.trial.power import power_figure
     from muscle_bayes.report.style import save
-    from muscle_bayes.report.trial_figure import power_figure, trial_figure
-    from muscle_bayes.trial.counts import counted
+    from muscle_bayes.report.trial_figure import trial_figure
 
     numbers = {"codes": codes, **counted(outcomes)}
     write_json(folder / "trial.json", numbers)
@@ -93,3 +96,8 @@ def write_counts(
     save(trial_figure(numbers), folder / "trial.png")
     save(power_figure(numbers), folder / "trial-power.png")
     return numbers
+
+
+if __name__ == "__main__":
+    keep_compiled_code()
+    typer.run(user_errors()(trial))
