@@ -87,8 +87,8 @@ rigs: $(READY) ## fit twelve kinds of simulated rig and write docs/rigs.md (half
 
 bench-docs: $(READY) firmware ## try the firmware (half an hour), write docs/bench-trials.md and the wiring tables
 	@mkdir -p build
-	@$(BIN)/muscle-bayes bench-test --failures 400 --overheating 48 --fuzz 0 --stuck 0 --minutes 0 --json build/bench-trials.json
-	@$(BIN)/python scripts/write_bench_docs.py build/bench-trials.json
+	@$(BIN)/python -m benchmarks.bench_test --failures 400 --overheating 48 --fuzz 0 --stuck 0 --minutes 0 --json build/bench-trials.json
+	@$(BIN)/python -m benchmarks.bench_test.page build/bench-trials.json
 
 effect-table: $(READY) ## write docs/effects.md anew, from the catalogue
 	@$(BIN)/python scripts/write_effect_table.py

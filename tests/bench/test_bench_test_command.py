@@ -1,12 +1,12 @@
-"""`muscle-bayes bench-test` prints its figures and fails where a trial does."""
+"""`python -m benchmarks.bench_test` prints its figures and fails where a trial does."""
 
 import json
 
 import pytest
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.trials import failures, fuzz, overheating, streaming, stuck_meter
-from muscle_bayes.cli import app
+from benchmarks.bench_test import failures, fuzz, overheating, streaming, stuck_meter
+from benchmarks.bench_test.__main__ import app
 
 pytestmark = pytest.mark.usefixtures("firmware")
 
@@ -21,7 +21,7 @@ def without(option):
 
 
 def run(*arguments):
-    return CliRunner().invoke(app, ["bench-test", *map(str, arguments)], env={"COLUMNS": "120"})
+    return CliRunner().invoke(app, [*map(str, arguments)], env={"COLUMNS": "120"})
 
 
 def test_all_figures_are_told(tmp_path, monkeypatch):

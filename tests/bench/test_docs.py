@@ -5,14 +5,14 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+from benchmarks.bench_test import overheating
+from benchmarks.bench_test.stuck_meter import MOST_EXCESS
 from muscle_bayes.bench.heat import heat_model, thermometry
 from muscle_bayes.bench.heat.room import NEAR
 from muscle_bayes.bench.meters.meter import Meter
 from muscle_bayes.bench.recording.recorder import UNCALIBRATED_RISE
 from muscle_bayes.bench.sequences.sequence import Limits
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence
-from muscle_bayes.bench.trials import overheating
-from muscle_bayes.bench.trials.stuck_meter import MOST_EXCESS
 from muscle_bayes.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs" / "bench.md"

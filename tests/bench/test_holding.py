@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.bench_test.failures import ALLOWED
 from muscle_bayes.bench.boards.protocol import encode
 from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
-from muscle_bayes.bench.trials.failures import ALLOWED
 from muscle_bayes.cli import app
 from muscle_bayes.control.laws.gains import FeedForward, Gains, gains_header, gains_toml
 from muscle_bayes.control.plant.design import Design

@@ -2,7 +2,7 @@
 
 import pytest
 
-from muscle_bayes.bench.trials.failures import (
+from benchmarks.bench_test.failures import (
     ALLOWED,
     BENCHES,
     FAILURES,

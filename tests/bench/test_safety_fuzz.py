@@ -2,7 +2,7 @@
 
 import pytest
 
-from muscle_bayes.bench.trials.fuzz import LONGEST_HEAT, fuzz
+from benchmarks.bench_test.fuzz import LONGEST_HEAT, fuzz
 
 pytestmark = pytest.mark.usefixtures("firmware")
 

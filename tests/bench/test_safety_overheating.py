@@ -2,8 +2,8 @@
 
 import pytest
 
+from benchmarks.bench_test.overheating import HOTTEST, TRIALS, Outcome, run
 from muscle_bayes.bench.boards.messages import Fault
-from muscle_bayes.bench.trials.overheating import HOTTEST, TRIALS, Outcome, run
 
 pytestmark = pytest.mark.usefixtures("firmware")
 

@@ -5,6 +5,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+from benchmarks.bench_test.failures import ALLOWED, FAILURES, Incident
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence import Limits, Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
@@ -13,7 +14,6 @@ from muscle_bayes.bench.simulation.recording import (
     rig_tables,
     simulated_devices,
 )
-from muscle_bayes.bench.trials.failures import ALLOWED, FAILURES, Incident
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.plant.rig import Rig
 

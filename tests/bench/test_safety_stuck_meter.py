@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.bench_test.failures import ALLOWED
+from benchmarks.bench_test.stuck_meter import MOST_EXCESS, StuckOutcome, stick, stick_all
 from muscle_bayes.bench.heat.thermometry import Watch
-from muscle_bayes.bench.trials.failures import ALLOWED
-from muscle_bayes.bench.trials.stuck_meter import MOST_EXCESS, StuckOutcome, stick, stick_all
 
 
 def check(outcomes):

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from muscle_bayes.bench.trials.failures import ALLOWED, FAILURES, inject
+from benchmarks.bench_test.failures import ALLOWED, FAILURES, inject
 
 SABOTAGE = {
     "host killed": {"limits.h": ("#define DEADMAN_MS 400", "#define DEADMAN_MS 4000")},

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from simulated_ports import Ports
 from typer.testing import CliRunner
 
+from benchmarks.bench_test.host import HeatingHost
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import Error
@@ -37,7 +38,6 @@ from muscle_bayes.bench.simulation.recording import (
     rig_tables,
     simulated_devices,
 )
-from muscle_bayes.bench.trials.host import HeatingHost
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
 

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from muscle_bayes.bench.trials import streaming
-from muscle_bayes.bench.trials.streaming import expected_samples, stream
+from benchmarks.bench_test import streaming
+from benchmarks.bench_test.streaming import expected_samples, stream
 
 pytestmark = pytest.mark.usefixtures("firmware")
 

@@ -5,7 +5,6 @@ from typing import Annotated, Final
 
 import typer
 
-from muscle_bayes.cli.bench.bench_test import bench_test
 from muscle_bayes.cli.bench.calibrate import calibrate
 from muscle_bayes.cli.bench.calibrate_heaters import calibrate_heaters
 from muscle_bayes.cli.bench.calibrate_load import calibrate_load
@@ -46,7 +45,7 @@ GROUPS: Final[dict[str, tuple[Callable[..., None], ...]]] = {
     "Discover": (effects, discover),
     "Control": (population, tune, robustness, hold, track),
     "Bench": (flash, sensors, calibrate, calibrate_heaters, calibrate_load, sequence, record),
-    "Checks of the method": (simulate, sbc, bench_test),
+    "Checks of the method": (simulate, sbc),
 }
 """Commands as the help lists them."""
 

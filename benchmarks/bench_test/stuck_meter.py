@@ -10,12 +10,12 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.bench_test.failures import ALLOWED
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.heat.thermometry import FAR, HALF_POWER
 from muscle_bayes.bench.meters.meter import Reading
 from muscle_bayes.bench.sequences.sequence import Stage
-from muscle_bayes.bench.trials.failures import ALLOWED
 from muscle_bayes.twin.plant.heater import HeaterTube
 from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.sensors import ThermocoupleMeter

@@ -1,4 +1,4 @@
-"""`muscle-bayes bench-test`: what the firmware withstands, measured in simulation."""
+"""`python -m benchmarks.bench_test`: what the firmware withstands, measured in simulation."""
 
 from dataclasses import asdict
 from statistics import median
@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import EXIT_FAILED, JsonOption, SeedOption, user_errors, write_json
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.trials.failures import Outcome
-    from muscle_bayes.bench.trials.fuzz import FuzzReport
-    from muscle_bayes.bench.trials.overheating import Outcome as Overheating
-    from muscle_bayes.bench.trials.streaming import StreamReport
-    from muscle_bayes.bench.trials.stuck_meter import StuckOutcome
+    from benchmarks.bench_test.failures import Outcome
+    from benchmarks.bench_test.fuzz import FuzzReport
+    from benchmarks.bench_test.overheating import Outcome as Overheating
+    from benchmarks.bench_test.streaming import StreamReport
+    from benchmarks.bench_test.stuck_meter import StuckOutcome
 
 
 def bench_test(
@@ -44,14 +44,14 @@ def bench_test(
     sample is lost.
 
     Examples:
-        muscle-bayes bench-test
-        muscle-bayes bench-test --failures 24 --stuck 6 --overheating 2 --fuzz 10000 --minutes 1
+        python -m benchmarks.bench_test
+        python -m benchmarks.bench_test --failures 24 --stuck 6 --overheating 2 --fuzz 10000 --minutes 1
     """
-    from muscle_bayes.bench.trials.failures import inject_all
-    from muscle_bayes.bench.trials.fuzz import fuzz as fuzz_board
-    from muscle_bayes.bench.trials.overheating import run_all as overheat_all
-    from muscle_bayes.bench.trials.streaming import stream
-    from muscle_bayes.bench.trials.stuck_meter import stick_all
+    from benchmarks.bench_test.failures import inject_all
+    from benchmarks.bench_test.fuzz import fuzz as fuzz_board
+    from benchmarks.bench_test.overheating import run_all as overheat_all
+    from benchmarks.bench_test.streaming import stream
+    from benchmarks.bench_test.stuck_meter import stick_all
     from muscle_bayes.progress import shares, shown_progress
 
     trials = (
@@ -121,8 +121,8 @@ def _tell_overheating(outcomes: "list[Overheating]") -> bool:
     from rich.console import Console
     from rich.table import Table
 
+    from benchmarks.bench_test.overheating import HOTTEST
     from muscle_bayes.bench.boards.messages import Fault
-    from muscle_bayes.bench.trials.overheating import HOTTEST
 
     table = Table("sensor or host", "tried", "hottest tube, C", "heated for, s", "ended by")
     for name in dict.fromkeys(outcome.trial for outcome in outcomes):
@@ -145,7 +145,7 @@ def _tell_overheating(outcomes: "list[Overheating]") -> bool:
 
 
 def _tell_fuzz(report: "FuzzReport") -> bool:
-    from muscle_bayes.bench.trials.fuzz import LONGEST_HEAT
+    from benchmarks.bench_test.fuzz import LONGEST_HEAT
 
     typer.echo(
         f"{report.sent} random bytes, {report.commands} valid heater commands among them: a heater "
@@ -164,3 +164,10 @@ def _tell_stream(report: "StreamReport") -> bool:
         f"{1e3 * report.latency_99:.1f} ms 99 %, {1e3 * report.latency_most:.1f} ms at most"
     )
     return report.lost == 0
+
+
+app = typer.Typer(pretty_exceptions_enable=False)
+app.command()(user_errors()(bench_test))
+
+if __name__ == "__main__":
+    app()

@@ -10,15 +10,15 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.bench_test import lies
+from benchmarks.bench_test.host import HeatingHost
+from benchmarks.bench_test.lies import Shown
 from muscle_bayes.bench.boards.messages import ResetCause
 from muscle_bayes.bench.boards.protocol import Decoder, Reply, encode, read_answer
 from muscle_bayes.bench.heat.room import RoomError
 from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.chips import BoardThermometers
-from muscle_bayes.bench.trials import lies
-from muscle_bayes.bench.trials.host import HeatingHost
-from muscle_bayes.bench.trials.lies import Shown
 from muscle_bayes.twin.plant.heater import HeaterTube
 from muscle_bayes.twin.plant.rig import Rig
 

@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.bench_test.host import HeatingHost
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.protocol import ChecksumReport, Garbled, Sample, encode
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.processor import FREQUENCY
-from muscle_bayes.bench.trials.host import HeatingHost
 
 PERIOD_MS: Final = 30
 """33 Hz."""

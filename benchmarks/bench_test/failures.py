@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.bench_test.host import HeatingHost
 from muscle_bayes.bench.boards.messages import ResetCause
 from muscle_bayes.bench.boards.protocol import encode
 from muscle_bayes.bench.heat.temperature_control import PERIOD
@@ -14,7 +15,6 @@ from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.chips import BoardThermometers
 from muscle_bayes.bench.simulation.processor import Processor
-from muscle_bayes.bench.trials.host import HeatingHost
 
 ALLOWED: Final = 0.5
 """Longest time that a heater may stay on after a failure has struck, s."""

@@ -1,4 +1,7 @@
-"""Write what docs/bench.md says of the wiring, and docs/bench-trials.md from `bench-test --json FILE`."""
+"""Write what docs/bench.md says of the wiring, and docs/bench-trials.md from what bench_test wrote.
+
+python -m benchmarks.bench_test.page FILE, of `python -m benchmarks.bench_test --json FILE`.
+"""
 
 import json
 import sys
@@ -7,12 +10,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.bench_test.failures import ALLOWED
+from benchmarks.bench_test.overheating import HOTTEST
 from muscle_bayes.bench.boards.messages import Fault, Role
 from muscle_bayes.bench.sensors.catalogue import SENSORS
-from muscle_bayes.bench.trials.failures import ALLOWED
-from muscle_bayes.bench.trials.overheating import HOTTEST
 
-PROJECT = Path(__file__).parents[1]
+PROJECT = Path(__file__).parents[2]
 BENCH = PROJECT / "docs" / "bench.md"
 TRIALS = PROJECT / "docs" / "bench-trials.md"
 
@@ -46,9 +49,10 @@ def trials(report: dict[str, Any]) -> str:
     hottest = max(outcome["peak"] for outcome in heated)
     parts = [
         "# Trials of the bench\n",
-        "Written by `python scripts/write_bench_docs.py FILE` from what `muscle-bayes bench-test "
-        f"--failures {len(failures)} --overheating {len(heated)} --seed {report['seed']} --json "
-        "FILE` found with the compiled firmware on a simulated processor.\n",
+        "Written by `python -m benchmarks.bench_test.page FILE` from what `python -m "
+        f"benchmarks.bench_test --failures {len(failures)} --overheating {len(heated)} "
+        f"--seed {report['seed']} --json FILE` found with the compiled firmware on a simulated "
+        "processor.\n",
         "## Injected failures\n",
         f"{safe} of {len(failures)} failures of {len({o['failure'] for o in failures})} kinds: "
         f"heaters off within {ALLOWED:g} s, the latest after {latest:.3f} s.\n",
