@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from muscle_bayes.cli import app
 from muscle_bayes.data import RunError, read_run
+from muscle_bayes.inference.posteriors.contradiction import contradiction
 
 pytestmark = pytest.mark.real
 
@@ -170,6 +171,13 @@ def test_init_takes_the_torque_of_the_driven_pendulum(cases, tmp_path):
     run = read_run(log)
     assert run.metadata.columns.applied == "torque"
     assert run.table["applied"].max() == pytest.approx(17.04, abs=0.01)
+
+
+def test_the_arm_of_the_driven_pendulum_is_contradicted(cases, tmp_path):
+    options = ("--position-unit", "rad", "--element", "arm 0.546 0.5")
+    told = contradiction(read_run(init(cases, tmp_path, "driven-pendulum.csv", *options)[1]))
+    assert "with the stated inertia" in told
+    assert "a mass, a length or the scale of what drives is contradicted" in told
 
 
 def test_the_rate_of_the_wheel_is_no_angle(cases, tmp_path):

@@ -158,6 +158,17 @@ def test_scales_do_not_need_what_acts_on_speed(left_out: str) -> None:
     assert pose([run]).scales.force == pytest.approx(1.8 * np.sqrt(np.mean(voltage**2)), rel=1e-3)
 
 
+def test_a_stated_mass_says_how_large_unknown_forces_are() -> None:
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n'
+    about += 'applied = "u"\napplied_unit = "V"\n' + SPRING.replace("[element_a]", "{}[element_a]")
+    columns = {"t": TIME, "x": 0.05 * np.sin(2.0 * TIME), "u": np.sin(2.0 * TIME)}
+    known, unknown = (
+        pose([read(columns, about.format(line))]).scales.force for line in ("inertia = 0.6\n", "")
+    )
+    assert known == pytest.approx(200.0 * unknown)  # 3e-3 kg where none is stated
+    assert known == pytest.approx(0.6 * 0.05 * 4.0, rel=1.0)
+
+
 def test_a_spring_of_unknown_damping_pulls() -> None:
     about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n' + SPRING
     run = read({"t": TIME, "x": 0.05 * np.sin(2.0 * TIME)}, about + "rate = 300.0\n")

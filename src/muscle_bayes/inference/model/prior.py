@@ -18,6 +18,7 @@ from muscle_bayes.inference.records.rig import (
     driving_force,
     has_muscle,
     restores,
+    stated_inertia,
     strains,
     tension_lever,
 )
@@ -45,8 +46,9 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
     levers = [max(tension_lever(run), 1e-6) for run in runs]
     force, tension = max(forces), max(f / lever for f, lever in zip(forces, levers, strict=True))
     if force == 0.0:
-        # Nothing that drives is stated: what turns a hand-sized rotor as these readings turn.
-        force = HAND_SIZED * speed**2 / span
+        # Nothing that drives is stated: what moves the stated inertia, or a hand-sized one, as read.
+        inertia = max(stated_inertia(run) for run in runs) or HAND_SIZED
+        force = inertia * speed**2 / span
         muscle = any(has_muscle(run) for run in runs)
         tension = UNSTATED_TENSION if muscle else force / max(levers)
     rest = float(np.mean([0.5 * (one.q.max() + one.q.min()) for one in courses]))

@@ -14,6 +14,7 @@ from muscle_bayes.inference.model.lane_model import muscle_of, part_names, whole
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS, UNITS, replaced_by
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Data, Problem
+from muscle_bayes.inference.posteriors.contradiction import contradiction
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predict import Prediction, predict, thin
 from muscle_bayes.inference.running.program import program
@@ -147,6 +148,9 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
         "converged": int(not complaints),
         "complaints": json.dumps(complaints),
         "seed": seed,
+        "contradictions": json.dumps(
+            [told for run in problem.runs if (told := contradiction(run))]
+        ),
         "runs": json.dumps({run.name: run.checksum for run in problem.runs}),
         "base_length": float(data.base_length),
         "tension": float(data.tension),

@@ -1,5 +1,6 @@
 """Whether a posterior's model explains the runs that it was fitted to."""
 
+import json
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ def unexplained(posterior: Posterior, limits: Limits = LIMITS) -> list[str]:
         >>> unexplained(mb.fit(springs, effort="quick", progress=False))
         []
     """
-    found = []
+    found = json.loads(posterior.tree.attrs.get("contradictions", "[]"))
     for key in posterior.tree["observed_data"].data_vars:
         found += _of_run(posterior, str(key), limits)
     return found + [word for name in posterior.parameters for word in _of(posterior, name, limits)]

@@ -151,6 +151,24 @@ def driving_force(run: Run) -> float:
     return _largest(forces) or _element_force(run, plant)
 
 
+def greatest_force(run: Run) -> float:
+    """Greatest generalised force that all parts together exert [N m or N]; 0 where one is unknown."""
+    plant = rig(run.metadata)
+    if has_muscle(run) or any(part.estimated() for part in parts_in(plant).values()):
+        return 0.0
+    signal, still = jnp.asarray(run.table["applied"].abs().max()), jnp.zeros(())
+    drive = float(jnp.abs(plant.actuator.force(signal, still)))
+    hanging = float(run.table["load"].max()) * GRAVITY * plant.load_lever
+    return hanging + drive + _element_force(run, plant)
+
+
+def stated_inertia(run: Run) -> float:
+    """Inertia that metadata state of the moving part and its arms [kg m^2 or kg]; 0 where none."""
+    plant = rig(run.metadata)
+    parts = (plant.rotor_inertia, *(side.inertia() for side in _sides(plant)))
+    return sum(float(part) for part in parts if np.isfinite(float(part)))
+
+
 def _sized[P: Part](part: P) -> P:
     """The part without what is unknown of it, but for what all its force is in proportion to."""
     left_out = {key: jnp.zeros(()) for key in part.unknowns if key not in IN_PROPORTION}
