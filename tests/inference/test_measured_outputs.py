@@ -169,6 +169,16 @@ def test_a_stated_mass_says_how_large_unknown_forces_are() -> None:
     assert known == pytest.approx(0.6 * 0.05 * 4.0, rel=1.0)
 
 
+def test_muscles_without_a_load_pull_with_a_usual_tension() -> None:
+    muscle = 'kind = "muscle"\nlinkage = "drum"\ndrum_radius = 0.012\nbase_length = 0.1\n'
+    muscle += "length_at_zero = 0.11\n"
+    about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "rad"\n'
+    about += f'temperature_a = "a"\n[element_a]\n{muscle}[element_b]\n{muscle}'
+    columns = {"t": TIME, "x": 0.2 * np.sin(0.3 * TIME), "a": 50.0 + 20.0 * np.sin(0.3 * TIME)}
+    size = pose([read(columns, about)]).scales
+    assert size.force == pytest.approx(0.012 * size.tension)
+
+
 def test_a_spring_of_unknown_damping_pulls() -> None:
     about = HEAD.replace("PROTOCOL", "free") + 'position = "x"\nposition_unit = "m"\n' + SPRING
     run = read({"t": TIME, "x": 0.05 * np.sin(2.0 * TIME)}, about + "rate = 300.0\n")

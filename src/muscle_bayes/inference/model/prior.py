@@ -45,12 +45,13 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
     forces = [driving_force(run) for run in runs]
     levers = [max(tension_lever(run), 1e-6) for run in runs]
     force, tension = max(forces), max(f / lever for f, lever in zip(forces, levers, strict=True))
-    if force == 0.0:
+    if force == 0.0 and any(has_muscle(run) for run in runs):
+        force, tension = UNSTATED_TENSION * max(levers), UNSTATED_TENSION
+    elif force == 0.0:
         # Nothing that drives is stated: what moves the stated inertia, or a hand-sized one, as read.
         inertia = max(stated_inertia(run) for run in runs) or HAND_SIZED
         force = inertia * speed**2 / span
-        muscle = any(has_muscle(run) for run in runs)
-        tension = UNSTATED_TENSION if muscle else force / max(levers)
+        tension = force / max(levers)
     rest = float(np.mean([0.5 * (one.q.max() + one.q.min()) for one in courses]))
     signals = [float((run.table["applied"] ** 2).mean() ** 0.5) for run in runs]
     return Scales(force, speed, tension, span, rest, _power(runs), max(signals) or 1.0)
