@@ -41,6 +41,12 @@ FORCED_BIN = 1 / 200
 BENT = 1.8e-3
 """Averaging may cut off this share of the readings' spread: a swing is averaged over a thirtieth of its
 period at most, and the solver's steps follow it."""
+SOLVED = 0.1
+"""Error that the solver's steps may add up to over a run, in standard deviations of a reading's noise."""
+FINEST = 0.25
+"""Shortest step that this asks for, in that thirtieth."""
+REMEMBERED = 100.0
+"""Radians of a swing after which damping or friction has forgotten such errors."""
 FEWEST_BINS = 8
 """Of a fast run that is averaged: fewer do not tell how readings bend."""
 FAST_LONGEST = 3.0
@@ -334,10 +340,21 @@ def _second(time: np.ndarray, mean: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], second, [0.0]])
 
 
+def _solved_step(longest: float, swing: float, duration: float, noise: float) -> float:
+    """The longest step with which a swing [rad/s] is solved to SOLVED of the noise, a share of its spread.
+
+    A fourth-order step h shifts the phase by (swing h)^5 / 120, and the run's steps add up.
+    """
+    radians = min(swing * duration, REMEMBERED)
+    allowed = (120.0 * SOLVED * noise / (np.sqrt(2.0) * radians)) ** 0.25 / swing
+    return float(np.clip(allowed, FINEST * longest, longest))
+
+
 def _thirtieth(run: Run) -> float:
     """Time h over which readings bend by BENT of their spread: a thirtieth of a swing's period [s].
 
-    q'' h^2 / 24 is what averaging over h cuts off. q'' from means of so many rows that noise, known
+    q'' h^2 / 24 is what averaging over h cuts off; less where sensors are so good that the solver's own
+    error would show. q'' from means of so many rows that noise, known
     from third differences, does not make most of it; endless where it always does.
     """
     time, reading = run.table["time"].to_numpy(), run.table["reading"].to_numpy()
@@ -357,7 +374,8 @@ def _thirtieth(run: Run) -> float:
         bend = float(np.mean(_second(times, means)[1:-1][even] ** 2)) if even.any() else 0.0
         own = 6.0 * noise**2 / rows / usual**4
         if bend > 2.0 * own:
-            return float(np.sqrt(24.0 * BENT * spread / np.sqrt(bend - own)))
+            swing = float(np.sqrt(np.sqrt(bend - own) / spread))
+            return _solved_step(np.sqrt(24.0 * BENT) / swing, swing, run.duration, noise / spread)
         rows *= 2
     return np.inf
 
