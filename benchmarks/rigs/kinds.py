@@ -268,7 +268,7 @@ def heater_power(seed: int = 0) -> Example:
         "that is unknown.",
         {"time_s": time, "power_w": power, "tension_n": _noisy(tension, 0.01, seed)},
         _head("imposed")
-        + 'power_a = "power_w"\nforce = "tension_n"\n'
+        + 'power_a = "power_w"\npower_held = true\nforce = "tension_n"\n'
         + LINEAR
         + f'\n[element_a]\nkind = "muscle"\nlinkage = "straight"\nbase_length = {BASE}\n'
         + f"length_at_zero = {length}\n",

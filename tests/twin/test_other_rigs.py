@@ -62,9 +62,26 @@ def test_the_truth_explains_a_held_muscle(name: str) -> None:
         for name, site in problem.sites.items()
     }
     # HYST begins at a strain of 0.02.
-    rest = float(resting_hyst(problem.data.tension, whole(values, problem.data)))
+    first = problem.data.lanes[0].tension[0]
+    rest = float(resting_hyst(first, whole(values, problem.data)))
     values["imposed.hyst_lag"] = np.full(1, 0.02 - rest)
     assert max(misfits(problem, values)) < 2.0
+
+
+@double_precision
+def test_without_a_thermometer_no_reading_tells_how_fast_power_heats() -> None:
+    problem = pose([read(example("heater-power"))])
+    values = {
+        name: np.asarray(site.prior.mean) * np.ones(site.prior.shape())
+        for name, site in problem.sites.items()
+    }
+    shown = []
+    for factor in (1.0, 4.0):
+        rate = factor * values["heater_a.heating_rate"]
+        told = predictions(values | {"heater_a.heating_rate": rate}, problem.layout, problem.data)
+        shown.append(np.asarray(told[0].reading))
+    assert np.ptp(shown[0]) > 0.1
+    np.testing.assert_allclose(*shown, atol=1e-6)
 
 
 @pytest.mark.slow

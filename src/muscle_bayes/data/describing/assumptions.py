@@ -62,6 +62,10 @@ def _has_thermometer(run: Run) -> bool:
     return any(run.has_thermometer(s) and not about.is_heated_by_power(s) for s in muscles)
 
 
+def _is_powered(run: Run) -> bool:
+    return any(run.metadata.is_heated_by_power(side) for side in "ab")
+
+
 def _temperature(run: Run, side: str) -> str:
     if getattr(run.metadata, f"element_{side}").kind != "muscle":
         return ""
@@ -157,6 +161,8 @@ def _back_emf(run: Run, prefix: str) -> str:
 _Said = str | Callable[[Run, str], str]
 _IN_COUNTS: Final = _where(lambda run: run.unit == COUNTS, "a potentiometer's raw counts")
 
+_EVENLY: Final = "no: it changes evenly from row to row"
+
 ABSENT: Final[dict[str, _Said]] = {
     "Metadata.format": "",
     "Metadata.notes": "",
@@ -217,9 +223,8 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.position": "",
     "Columns.power_a": "",
     "Columns.power_b": "",
-    "Columns.power_unit": lambda run, prefix: (
-        "W" if any(run.metadata.is_heated_by_power(side) for side in "ab") else ""
-    ),
+    "Columns.power_unit": _where(_is_powered, "W"),
+    "Columns.power_held": _where(_is_powered, _EVENLY),
     "Metadata.heater_a": lambda run, prefix: _heater(run, "a"),
     "Metadata.heater_b": lambda run, prefix: _heater(run, "b"),
     "Heater.heating_rate": ESTIMATED,
@@ -234,7 +239,7 @@ ABSENT: Final[dict[str, _Said]] = {
         run.metadata.drive_unit.text if _names("applied")(run) else ""
     ),
     "Columns.applied_sign": _where(_names("applied"), "1"),
-    "Columns.applied_held": _where(_names("applied"), "no: it changes evenly from row to row"),
+    "Columns.applied_held": _where(_names("applied"), _EVENLY),
     "Columns.accept_units": "",
     "Load.unit": "kg",
     "MuscleElement.kind": "",

@@ -53,6 +53,8 @@ class Columns(Table):
     power_b: ColumnName | None = None
     power_unit: str | None = None
     """of both; absent = W"""
+    power_held: bool = False
+    """whether a power holds until the next row, as a command does"""
     load: ColumnName | None = None
     """mass that hangs on the rig, instead of [load]"""
     load_unit: str | None = None

@@ -1,6 +1,7 @@
 """The muscle's unknowns: quantities that a person can judge, and the parameters of Table 2."""
 
 from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -18,6 +19,19 @@ LEAST_SHARE = 0.1
 COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
+
+class Ends(NamedTuple):
+    """Temperatures between which the muscle is described [C]."""
+
+    cold: Array | float = COLD
+    hot: Array | float = HOT
+
+
+TRAINED = Ends()
+
+STIFFNESS = 5.0
+"""Prior median of MODULUS' and HYST's force per strain, in typical tensions."""
+
 MUSCLE_PARAMETERS = MuscleParameters.__annotations__
 UNITS = {
     "A": "1/K^2",
@@ -33,7 +47,7 @@ UNITS = {
 """Of Table 2's parameters."""
 
 
-def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
+def muscle_sites(size: Scales, first_strain: float, powered: bool) -> dict[str, Site]:
     """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
 
     Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
@@ -41,26 +55,34 @@ def muscle_sites(size: Scales, first_strain: float) -> dict[str, Site]:
     data see C, F_modulus_min and F_hyst_min best in the strain to which they add up where the muscle
     works: so `taut_strain`, under the runs' typical tension, is sampled. Its prior is centred on
     `first_strain`, at which the runs start, and is wide enough for any temperature and load there.
+
+    Where power heats the muscle at an unknown rate (`powered`), the room and the temperature at which its
+    usual power would hold the muscle stand for 25 and 90 C: readings then tell these quantities whatever
+    the rate, which without a thermometer nothing tells.
     """
     pull = size.tension
+    cold, hot = ("room temperature", "usual power") if powered else (f"{COLD:g} C", f"{HOT:g} C")
+    middle = "half of that" if powered else f"{0.5 * (COLD + HOT):g} C"
     return {
         "taut_strain": Site(
             dist.Normal(first_strain, 0.15),
             "1",
-            "strain at 25 C under typical tension, HYST at rest",
+            f"strain at {cold} under typical tension, HYST at rest",
         ),
-        "contraction": Site(dist.HalfNormal(0.15), "1", "contraction from 25 to 90 C"),
+        "contraction": Site(dist.HalfNormal(0.15), "1", f"contraction from {cold} to {hot}"),
         "bend": Site(
-            dist.Normal(0.0, 0.2), "1", "strain at 57.5 C off the chord, per unit contraction"
+            dist.Normal(0.0, 0.2), "1", f"strain at {middle} off the chord, per unit contraction"
         ),
-        "modulus": Site(dist.LogNormal(np.log(5 * pull), 1.0), "N", "MODULUS, force per strain"),
+        "modulus": Site(
+            dist.LogNormal(np.log(STIFFNESS * pull), 1.0), "N", "MODULUS, force per strain"
+        ),
         "F_modulus_min": Site(dist.LogNormal(np.log(0.5 * pull), 0.7), "N", "force that opens it"),
         "stiffness_hyst": Site(
-            dist.LogNormal(np.log(5 * pull), 1.0), "N", "HYST, force per strain"
+            dist.LogNormal(np.log(STIFFNESS * pull), 1.0), "N", "HYST, force per strain"
         ),
         "F_hyst_min": Site(dist.LogNormal(np.log(0.3 * pull), 0.7), "N", "force that opens it"),
-        "time_constant": Site(dist.LogNormal(np.log(150.0), 1.0), "s", "of HYST at 25 C"),
-        "softening": Site(dist.Beta(2.0, 2.0), "1", "damper at 90 C over damper at 25 C"),
+        "time_constant": Site(dist.LogNormal(np.log(150.0), 1.0), "s", f"of HYST at {cold}"),
+        "softening": Site(dist.Beta(2.0, 2.0), "1", f"damper at {hot} over damper at {cold}"),
     }
 
 
@@ -71,21 +93,24 @@ def strain_under(tension: Array | float, values: Mapping[str, Array]) -> Array:
 
 
 def muscle_parameters(
-    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
+    values: Mapping[str, Array],
+    base_length: Array | float,
+    tension: Array | float,
+    ends: Ends = TRAINED,
 ) -> MuscleParameters:
     """Table 2's nine parameters from the sampled quantities.
 
     With s(T) = A T^2 + B T + C: s(25) = taut_strain - strain_under(tension), s(90) = s(25) - contraction,
     s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
-    K_hyst at 25 C and softening times that at 90 C.
+    K_hyst at 25 C and softening times that at 90 C. Or between other `ends`.
     """
-    values = completed(values, base_length, tension)
-    span, middle = HOT - COLD, 0.5 * (HOT + COLD)
+    values = completed(values, base_length, tension, ends)
+    span, middle = ends.hot - ends.cold, 0.5 * (ends.hot + ends.cold)
     bow = values["bend"] * values["contraction"]
     a = -4.0 * bow / span**2
     b = -values["contraction"] / span - 2.0 * a * middle
     cold_offset = values["taut_strain"] - strain_under(tension, values)
-    c = cold_offset - a * COLD**2 - b * COLD
+    c = cold_offset - a * ends.cold**2 - b * ends.cold
     k_hyst = values["stiffness_hyst"] / base_length
     cold = values["time_constant"] * k_hyst
     h = -cold * (1.0 - values["softening"]) / span
@@ -98,7 +123,7 @@ def muscle_parameters(
         F_modulus_min=values["F_modulus_min"],
         K_modulus=values["modulus"] / base_length,
         H=h,
-        T_hyst_offset=cold / h - COLD,
+        T_hyst_offset=cold / h - ends.cold,
     )
 
 
@@ -109,8 +134,8 @@ def resting_hyst(tension: Array | float, values: Mapping[str, Array]) -> Array:
 
 def first_hyst(
     lag: Array, values: Mapping[str, Array], tension: Array | float
-) -> Float[Array, " run"]:
-    """sigma_hyst at each run's first row, `lag` beyond its strain at rest under `tension` [N].
+) -> Float[Array, " lane"]:
+    """sigma_hyst at each lane's first row, `lag` beyond its strain at rest under `tension` [N].
 
     A lag and not a strain is sampled: it is zero where the muscle has long hung, readings show it
     however stiff the spring is, and it stays the same when another minimum force shifts the strain.
@@ -134,13 +159,17 @@ def replaced_by(chosen: Collection[str]) -> dict[str, str]:
 
 
 def completed(
-    values: Mapping[str, Array], base_length: Array | float, tension: Array | float
+    values: Mapping[str, Array],
+    base_length: Array | float,
+    tension: Array | float,
+    ends: Ends = TRAINED,
 ) -> dict[str, Array]:
     """The values with every quantity of `muscle_sites`, of which parameters of Table 2 took the place.
 
     The equations of `muscle_parameters`, solved for them.
     """
-    known, span, middle = dict(values), HOT - COLD, 0.5 * (HOT + COLD)
+    known, (cold, hot) = dict(values), ends
+    span, middle = hot - cold, 0.5 * (hot + cold)
     if "K_modulus" in values and "modulus" not in values:
         known["modulus"] = values["K_modulus"] * base_length
     if "K_hyst" in values and "stiffness_hyst" not in values:
@@ -154,16 +183,15 @@ def completed(
     if "bend" not in values:
         known["bend"] = -values["A"] * span**2 / (4.0 * known["contraction"])
     if "softening" not in values and "H" not in values:
-        known["softening"] = 1.0 + span / (values["T_hyst_offset"] + COLD)
+        known["softening"] = 1.0 + span / (values["T_hyst_offset"] + cold)
     elif "softening" not in values:
         k_hyst = known["stiffness_hyst"] / base_length
         if "time_constant" not in values:
-            cold = values["H"] * (values["T_hyst_offset"] + COLD)
-            known["time_constant"] = cold / k_hyst
+            known["time_constant"] = values["H"] * (values["T_hyst_offset"] + cold) / k_hyst
         known["softening"] = 1.0 + values["H"] * span / (known["time_constant"] * k_hyst)
     if "taut_strain" not in values:
         a = -4.0 * known["bend"] * known["contraction"] / span**2
         b = -known["contraction"] / span - 2.0 * a * middle
-        cold_offset = values["C"] + a * COLD**2 + b * COLD
+        cold_offset = values["C"] + a * cold**2 + b * cold
         known["taut_strain"] = cold_offset + strain_under(tension, known)
     return known

@@ -9,10 +9,11 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.model.muscle_prior import STIFFNESS
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.model.standardised_normal import standardised
 from muscle_bayes.inference.records.course import course_of
-from muscle_bayes.inference.records.parts import parts_of
+from muscle_bayes.inference.records.parts import HEATERS, parts_of
 from muscle_bayes.inference.records.record import Record, heating
 from muscle_bayes.inference.records.rig import (
     driving_force,
@@ -33,6 +34,8 @@ UNSTATED_TENSION = 3.0
 """Tension of a muscle under no stated load [N]: about that under which muscles are coiled."""
 FRICTION_SHARE = 0.05
 """Prior median of friction at typical speed, as a share of what drives the rotor."""
+TAUT = 0.05
+"""Least tension to which the taut strain refers, in typical ones."""
 FIRST_LAG = (0.005, 0.15)
 """Least and largest prior standard deviation of how far HYST is from rest at the first row, in strain."""
 
@@ -108,15 +111,41 @@ def part_sites(runs: Sequence[Run], size: Scales) -> dict[str, Site]:
     return sites
 
 
+def is_powered(runs: Sequence[Run]) -> bool:
+    """Whether power heats the muscles at a rate that is unknown."""
+    heaters = [parts_of(run.metadata)[place] for run in runs for place in HEATERS]
+    return any("heating_rate" in heater.estimated() for heater in heaters)
+
+
 def mean_first_strain(runs: Sequence[Run]) -> float:
     """Strain of the muscle at the first reading, mean over the runs that have one."""
     return float(np.mean([strains(run)[0] for run in runs if has_muscle(run)]))
 
 
-def _first_lag_spread(runs: Sequence[Run]) -> float:
-    """How far HYST may be from rest at the first row: about as far as the muscles move."""
-    widest = max(float(np.ptp(strains(run))) for run in runs if has_muscle(run))
-    return float(np.clip(widest, *FIRST_LAG))
+def first_tension(run: Run) -> float:
+    """Tension of the first row [N] where it was measured; else 0."""
+    return max(float(run.output[0]), 0.0) if run.measured == "force" else 0.0
+
+
+def reference_tension(runs: Sequence[Run], size: Scales) -> float:
+    """Tension to which the taut strain refers [N].
+
+    Where forces are measured, that of their first rows: the first strain is taut under it, however stiff
+    the muscle is, of which one that is held tells nothing.
+    """
+    first = [first_tension(run) for run in runs if run.measured == "force"]
+    return max(float(np.mean(first)), TAUT * size.tension) if first else size.tension
+
+
+def _first_lag_spread(runs: Sequence[Run], size: Scales) -> float:
+    """How far HYST may be from rest at the first row: about as far as the muscles move.
+
+    That of one that is held moves as its tension does, over the prior's stiffness.
+    """
+    moves = [float(np.ptp(strains(run))) for run in runs if has_muscle(run)]
+    pulls = [float(np.ptp(run.output)) for run in runs if run.measured == "force"]
+    swings = [pull / (STIFFNESS * size.tension) for pull in pulls]
+    return float(np.clip(max(moves + swings), *FIRST_LAG))
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
@@ -189,9 +218,9 @@ def run_sites(
         )
     if regime != "heated" and any(has_muscle(run) for run in runs):
         sites["hyst_lag"] = Site(
-            dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs)),
+            dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs, size)),
             "1",
-            "HYST's strain at the first row, less that at rest under typical tension",
+            "HYST's strain at the first row, less that at rest under the tension read there, or a typical one",
         )
     return sites
 

@@ -27,7 +27,7 @@ from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
-from muscle_bayes.physics.heater import Heater
+from muscle_bayes.physics.heater import HeatedBody, Heater
 from muscle_bayes.physics.outputs import Output
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
@@ -74,6 +74,8 @@ class Lanes(NamedTuple):
     """1 where the record starts at rest by protocol, 0 where its first speed is unknown."""
     start: Float[Array, "lane 2"]
     """Prior means of the first reading and speed [log's unit, per s]; used by segments only."""
+    tension: Float[Array, " lane"]
+    """Tension at whose rest HYST's first strain is measured from: the first that was read, else the typical."""
     start_spread: Float[Array, "lane 2"]
     """Their standard deviations."""
     pivot: Float[Array, "lane 2"]
@@ -94,6 +96,17 @@ class Lanes(NamedTuple):
     """Readings of a second record from the same start; None if there is only one."""
 
 
+class Warmth(NamedTuple):
+    """How warm usual power holds a muscle: room + heating_rate cooling_time power."""
+
+    room: Float[Array, ""]
+    """[C]"""
+    power: Float[Array, ""]
+    """RMS of what heats [W, A^2, V^2 or duty]."""
+    cooling_time: Float[Array, ""]
+    """[s]; NaN where it is estimated."""
+
+
 class Data(NamedTuple):
     """Everything that changes from one data set to another of the same layout."""
 
@@ -102,9 +115,10 @@ class Data(NamedTuple):
     base_length: Float[Array, ""]
     """L_base to which stiffnesses in N/m refer, m (of the first muscle)."""
     tension: Float[Array, ""]
-    """Typical tension, to which `taut_strain` refers, N."""
+    """Tension to which `taut_strain` refers, N: the first that was measured, else a typical one."""
     lever: Float[Array, ""]
     """Generalised force per unit of tension."""
+    warmth: Warmth
 
 
 @dataclass(frozen=True)
@@ -167,7 +181,9 @@ def _imposed(records: Sequence[Record]) -> np.ndarray | None:
     return np.stack(courses) if courses else None
 
 
-def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int]) -> Lanes:
+def _stack(
+    runs: Sequence[Run], records: Sequence[Record], index: Sequence[int], typical: float
+) -> Lanes:
     longest = max(record.time.size for record in records)
     size = -(-longest // SIZE_STEP) * SIZE_STEP
     padded = [_pad(record, size) for record in records]
@@ -196,6 +212,7 @@ def _stack(runs: Sequence[Run], records: Sequence[Record], index: Sequence[int])
         run=np.asarray(index, dtype=np.int32),
         released=np.array([float(run.metadata.protocol == "spring") for run in runs]),
         start=start,
+        tension=np.array([prior.first_tension(run) or typical for run in runs]),
         start_spread=np.stack([20.0 * level, 20.0 * level / 0.05 + 0.2 * np.abs(quick)], 1),
         pivot=start,
         heat_variance=np.stack([record.heat_variance for record in padded]),
@@ -262,6 +279,13 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
                 )
 
 
+def _warmth(runs: Sequence[Run], size: Scales) -> Warmth:
+    heaters = [heater for run in runs for heater in heaters_of(run.metadata)]
+    stated = [float(np.asarray(one.cooling_time)) for one in heaters if isinstance(one, HeatedBody)]
+    room = float(np.mean([run.metadata.fixture.room_temperature for run in runs]))
+    return Warmth(*map(np.asarray, (room, size.power, stated[0] if stated else np.nan)))
+
+
 @double_precision
 def pose(
     runs: Sequence[Run],
@@ -284,7 +308,7 @@ def pose(
     size = prior.scales(runs, records)
     sites = prior.fixture_sites(runs, friction, size)
     if any(has_muscle(run) for run in runs):
-        sites |= muscle_sites(size, prior.mean_first_strain(runs))
+        sites |= muscle_sites(size, prior.mean_first_strain(runs), prior.is_powered(runs))
     sites |= prior.part_sites(runs, size)
     sites |= prior.effect_sites(effects, size)
     for name, known in delay_prior(runs).items():
@@ -313,7 +337,8 @@ def pose(
         for (_, cut), group in groups.items():
             flat = [(i, piece) for i in group for piece in pieces[i]]
             index = [0 if cut else own.index(i) for i, _ in flat]
-            lanes.append(_stack([runs[i] for i, _ in flat], [piece for _, piece in flat], index))
+            owners, cuts = [runs[i] for i, _ in flat], [piece for _, piece in flat]
+            lanes.append(_stack(owners, cuts, index, size.tension))
             regimes.append(regime)
             segmented.append(cut)
             lane_runs.append(tuple(i for i, _ in flat))
@@ -329,7 +354,9 @@ def pose(
     chosen_priors = Priors({name: site.prior for name, site in sites.items()})
     base_length = np.asarray(lengths[0] if lengths else 1.0)
     lever = np.asarray(size.force / size.tension)
-    arrays = Data(tuple(lanes), chosen_priors, base_length, np.asarray(size.tension), lever)
+    warmth = _warmth(runs, size)
+    reference = np.asarray(prior.reference_tension(runs, size))
+    arrays = Data(tuple(lanes), chosen_priors, base_length, reference, lever, warmth)
     data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs

@@ -13,24 +13,36 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from muscle_bayes.inference.model.density import log_prior
 from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
 from muscle_bayes.inference.model.problem import Data, Lanes, Layout, Problem
 from muscle_bayes.inference.model.temperature_errors import with_temperature_errors
 from muscle_bayes.inference.running.program import program
-from muscle_bayes.inference.running.programs import solved_at, unconstrained
+from muscle_bayes.inference.running.programs import (
+    constrained_at,
+    potential_at,
+    solved_at,
+    unconstrained,
+)
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
 from muscle_bayes.physics.response import Response
 
 TOLERANCE = 0.5
-"""Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution (or,
-for a sensor without, in the standard deviation of the run's misfit)."""
+"""Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution or the
+standard deviation of the run's misfit, whichever is larger."""
 SWING_STEP = 0.4
 """Steps with full inertia, in radians of the rotor's swing: half of it changes no distance by 1 %."""
 LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
 """Bounds of these steps, s."""
 LEAST_STEPS = 2**14
 """Runs are padded to this many steps, half as many more, or twice either: few shapes to compile."""
+
+
+INERTIAS = (1.0, 1 / 8, 1 / 64)
+"""Factors on a J that nothing has told yet."""
+UNLIKELY = 10.0
+"""Log prior density by which another J may fall short."""
 
 
 class ReductionError(NamedTuple):
@@ -199,7 +211,7 @@ def with_swings(problem: Problem, values: Values) -> Problem:
                 errors[run.name] = ReductionError(
                     rms=float(np.sqrt(np.mean(away**2))),
                     largest=float(np.max(np.abs(away))),
-                    tolerance=TOLERANCE * float(run.sensor.resolution or misfit),
+                    tolerance=TOLERANCE * max(run.sensor.resolution, float(misfit)),
                 )
         solved = np.isfinite(swing).all(axis=1, keepdims=True)
         parts.append(lanes._replace(swing=jnp.asarray(np.where(solved, swing, 0.0))))
@@ -208,6 +220,28 @@ def with_swings(problem: Problem, values: Values) -> Problem:
         data=data._replace(lanes=tuple(parts)),
         reduction={**problem.reduction, **errors},
     )
+
+
+def with_likely_inertia(problem: Problem, vector: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The vector, with the likeliest of a few J where only slow runs tell of it and it matters to them.
+
+    Their mode without inertia knows nothing of J, so that its prior's median stands there: with such a
+    rotor they may swing as no reading does.
+    """
+    layout, data = problem.layout, problem.data
+    names = [name for name, shape in layout.shapes for _ in range(int(np.prod(shape)))]
+    if "J" not in names or set(layout.regimes) != {"slow"}:
+        return vector
+    place, levels = names.index("J"), {}
+    for factor in INERTIAS:
+        moved = vector.at[place].add(np.log(factor))
+        if log_prior(moved, layout, data) < log_prior(vector, layout, data) - UNLIKELY:
+            continue
+        swung = with_swings(problem, constrained_at(moved, layout, data))
+        if factor == 1.0 and all(error.tolerable for error in swung.reduction.values()):
+            return vector
+        levels[factor] = potential_at(moved, layout, swung.data)
+    return vector.at[place].add(np.log(min(levels, key=levels.__getitem__)))
 
 
 def solved_adequately(problem: Problem, values: Values) -> Problem:

@@ -29,7 +29,8 @@ from muscle_bayes.physics.linkage import Drum, Linkage, Pins, Straight
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.unknown import UNKNOWN, Part
 
-PLACES = ("element_a", "element_b", "drive", "heater_a", "heater_b")
+HEATERS = ("heater_a", "heater_b")
+PLACES = ("element_a", "element_b", "drive", *HEATERS)
 """Tables of the metadata that describe parts with parameters."""
 _UNKNOWN_MUSCLE = MuscleParameters(*([jnp.nan] * 9))
 _MOTORS: dict[str, type[CurrentDrive | ScaledForce]] = {
@@ -146,5 +147,5 @@ def parts_of(metadata: Metadata) -> dict[str, Part]:
         "element_a": element_of(metadata, "a"),
         "element_b": element_of(metadata, "b"),
         "drive": actuator_of(metadata),
-        **dict(zip(("heater_a", "heater_b"), heaters_of(metadata), strict=True)),
+        **dict(zip(HEATERS, heaters_of(metadata), strict=True)),
     }

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Array, Float
 from scipy.ndimage import maximum_filter1d
+from scipy.signal import lfilter
 
 from muscle_bayes.data.run import Run
 from muscle_bayes.inference.records.regime import Regime, regime_of
@@ -30,6 +31,10 @@ JOLT, POUR = 2.0, 10.0
 each other jumps are parts of one change [s]."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
+JUMP, MOST_JUMPS = 0.1, 100
+"""Share of its range by which a power jumps at a row, and how often before it is averaged instead."""
+COOLING_TIMES, WARMED = (3.0, 10.0, 30.0, 100.0), 60.0
+"""Of bodies whose temperature nodes follow where a power heats [s], and by how much it rises [C]."""
 FIRST_SECONDS = 1.0
 """Readings of a slow run whose mean is where its rotor begins, s."""
 CURVATURE_SPAN = 0.5
@@ -136,12 +141,24 @@ def heating(run: Run, side: str) -> np.ndarray | None:
     return logged**2 if run.metadata.power_unit.kind in ("current", "voltage") else logged
 
 
+def _is_held(run: Run, name: str) -> bool:
+    """Whether a column's value holds until the next row; else it changes evenly to that of the next."""
+    columns = run.metadata.columns
+    return columns is not None and getattr(columns, f"{name}_held")
+
+
+def _integral(values: np.ndarray, time: np.ndarray, held: bool) -> np.ndarray:
+    """Integral of a column over time, up to each row."""
+    between = values[:-1] if held else 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[0.0], np.cumsum(between * np.diff(time))])
+
+
 def _heat_at(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
     """A side's temperature at the nodes [C]; of a side that power heats, that, its energy kept."""
     power, time = heating(run, side), run.table["time"].to_numpy()
     if power is None:
         return course(run.heat_time, run.table[f"temperature_{side}"].to_numpy(), nodes).value
-    energy = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
+    energy = _integral(power, time, _is_held(run, "power"))
     ends = np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
     return np.diff(np.interp(ends, time, energy)) / np.diff(ends)
 
@@ -152,9 +169,25 @@ def _bend(run: Run, side: str, even: np.ndarray) -> np.ndarray:
     if power is None:
         logged = run.table[f"temperature_{side}"].to_numpy()
         return course(run.heat_time, logged, even).curvature
-    # What heats turns into a temperature that is not known yet: of the order of 1 C/s.
-    size = max(float(np.sqrt(np.mean(power**2))), 1e-30)
-    return np.gradient(np.interp(even, run.table["time"].to_numpy(), power) / size, even)
+    # What heats turns into a temperature that is not known yet: of bodies that cool in such times.
+    logged = np.interp(even, run.table["time"].to_numpy(), power)
+    bends = []
+    for cooling in COOLING_TIMES:
+        share = 1.0 - np.exp(-(even[1] - even[0]) / cooling)
+        warm = lfilter([share], [1.0, share - 1.0], logged)
+        rate = np.gradient(warm, even) * WARMED / max(float(np.ptp(warm)), 1e-30)
+        bends.append(np.abs(np.gradient(rate, even)))
+    return np.max(bends, axis=0)
+
+
+def _switched(run: Run) -> np.ndarray:
+    """Rows after which the power of a heater jumps; none where it does so all the time, as PWM does."""
+    found = np.zeros(0, int)
+    for side in "ab":
+        if (power := heating(run, side)) is not None:
+            jumps = np.flatnonzero(np.abs(np.diff(power)) > JUMP * np.ptp(power))
+            found = np.union1d(found, jumps) if jumps.size <= MOST_JUMPS else found
+    return found
 
 
 def _slow_nodes(run: Run) -> np.ndarray:
@@ -252,7 +285,9 @@ def slow_record(run: Run) -> Record:
     time = run.table["time"].to_numpy()
     nodes = _slow_nodes(run)
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
-    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *_pauses(time)]))
+    after = time[_switched(run) + 1]
+    heats = (after, after + AFTER_JUMP) if _is_held(run, "power") else (time[_switched(run)], after)
+    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *heats, *_pauses(time)]))
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     temperature = np.stack([_heat_at(run, side, nodes) for side in "ab"], 1)
@@ -281,7 +316,7 @@ def slow_record(run: Run) -> Record:
     )
 
 
-IMPOSED_INTERVALS = 700
+IMPOSED_INTERVALS = 1400
 """Most intervals into which a run of imposed motion is divided."""
 
 
@@ -291,8 +326,10 @@ def imposed_record(run: Run) -> Record:
     A mean force is that of the mean coordinate and speed, to first order, however quickly they change.
     """
     time = run.table["time"].to_numpy()
-    per_bin = -(-time.size // IMPOSED_INTERVALS)
-    owner = np.arange(time.size) // per_bin
+    per_bin, rows = -(-time.size // IMPOSED_INTERVALS), np.arange(time.size)
+    about = _switched(run)[:, None] + np.arange(3)  # a row before and a row after each jump
+    begins = np.union1d(rows[::per_bin], about[about < time.size])
+    owner = np.searchsorted(begins, rows, side="right") - 1
     size = int(owner[-1]) + 1
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     edge = np.flatnonzero(np.diff(owner))
@@ -410,10 +447,7 @@ def fast_record(run: Run) -> Record:
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     load = run.table["load"].to_numpy()[np.searchsorted(time, middles, side="right") - 1]
     # Each interval sees the mean of the force logged from one node to the next: its impulse.
-    columns = run.metadata.columns
-    held = columns is not None and columns.applied_held
-    between = applied[:-1] if held else 0.5 * (applied[1:] + applied[:-1])
-    impulse = np.concatenate([[0.0], np.cumsum(between * np.diff(time))])
+    impulse = _integral(applied, time, _is_held(run, "applied"))
     force = np.diff(np.interp(nodes, time, impulse)) / np.diff(nodes)
     temperature = np.stack(
         [np.interp(nodes, run.heat_time, run.table[f"temperature_{side}"]) for side in "ab"], 1

@@ -15,7 +15,11 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.problem import Problem, pose
-from muscle_bayes.inference.model.reduction import solved_adequately, unsolved
+from muscle_bayes.inference.model.reduction import (
+    solved_adequately,
+    unsolved,
+    with_likely_inertia,
+)
 from muscle_bayes.inference.posteriors.assemble import assemble
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.records.open_delay import with_open_delay
@@ -53,6 +57,7 @@ def _improved(problem: Problem, mode: Mode) -> tuple[Problem, Mode]:
     """
     data = pivoted(mode.vector, problem.layout, problem.data)
     reduced = replace(problem, data=data)
+    mode = mode._replace(vector=with_likely_inertia(reduced, mode.vector))
     whole = solved_adequately(reduced, constrained_at(mode.vector, problem.layout, data))
     if whole.data is not reduced.data:
         found = refine(mode, whole.layout, whole.data)
