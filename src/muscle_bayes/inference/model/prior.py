@@ -220,7 +220,7 @@ def run_sites(
         sites["hyst_lag"] = Site(
             dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs, size)),
             "1",
-            "HYST's strain at the first row, less that at rest under the tension read there, or a typical one",
+            "HYST's strain at the first row, less that at rest under the first tension read, or typical",
         )
     return sites
 

@@ -75,7 +75,7 @@ class Lanes(NamedTuple):
     start: Float[Array, "lane 2"]
     """Prior means of the first reading and speed [log's unit, per s]; used by segments only."""
     tension: Float[Array, " lane"]
-    """Tension at whose rest HYST's first strain is measured from: the first that was read, else the typical."""
+    """Tension with whose rest HYST begins, but for a lag: the first that was read, else the typical [N]."""
     start_spread: Float[Array, "lane 2"]
     """Their standard deviations."""
     pivot: Float[Array, "lane 2"]
