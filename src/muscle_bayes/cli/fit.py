@@ -143,7 +143,7 @@ def print_summary(summary: dict[str, Any]) -> None:
     if tied := summary["only_ratios"]:
         console.print(
             f"only ratios are identified of {', '.join(tied)}. "
-            "Fix: state a mass, an inertia or a force, if one is known.",
+            "Fix: state a mass, an inertia or a force, if one is known; let what is held move.",
             highlight=False,
         )
     if summary["explained"]:
