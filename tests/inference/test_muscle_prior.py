@@ -9,7 +9,7 @@ import pytest
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.model.muscle_prior import (
     UNITS,
-    Ends,
+    Frame,
     completed,
     muscle_parameters,
     muscle_sites,
@@ -74,9 +74,9 @@ def test_parameters_of_table_2_stand_for_the_quantities_that_they_replace() -> N
 
 
 def test_a_muscle_may_be_described_between_other_temperatures() -> None:
-    ends = Ends(21.0, 60.0)
-    values = completed(TABLE_2, BASE_LENGTH, TENSION, ends)
-    found = muscle_parameters(values, BASE_LENGTH, TENSION, ends)
+    frame = Frame(21.0, 60.0)
+    values = completed(TABLE_2, BASE_LENGTH, TENSION, frame)
+    found = muscle_parameters(values, BASE_LENGTH, TENSION, frame)
     for name, value in TABLE_2.items():
         np.testing.assert_allclose(getattr(found, name), value, rtol=1e-9)
     np.testing.assert_allclose(values["contraction"], found.offset(21.0) - found.offset(60.0))
@@ -85,7 +85,7 @@ def test_a_muscle_may_be_described_between_other_temperatures() -> None:
 
 def test_priors_reach_table_2_without_being_centred_on_it() -> None:
     sites = muscle_sites(
-        Scales(force=0.18, speed=1.0, tension=TENSION, range=1.0), first_strain=0.2, powered=False
+        Scales(force=0.18, speed=1.0, tension=TENSION, range=1.0), first_strain=0.2
     )
     shares = []
     for name, value in sampled_from_table_2().items():

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from numpyro import distributions as dist
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.model.muscle_prior import UNITS, replaced_by
+from muscle_bayes.inference.model.muscle_prior import TAUT_FORCE, UNITS, replaced_by
 from muscle_bayes.inference.model.site import Site
 
 
@@ -38,8 +38,9 @@ def with_priors(
             shape = tuple(sites[name].prior.shape())
             chosen[name] = sites[name]._replace(prior=_of_shape(name, prior, shape))
         else:
-            replaced = chosen.pop(places[name])
-            meaning = f"Table 2, in place of {places[name]}"
+            place = places[name] if places[name] in chosen else TAUT_FORCE
+            replaced = chosen.pop(place)
+            meaning = f"Table 2, in place of {place}"
             chosen[name] = replaced._replace(
                 prior=_of_shape(name, prior, ()), unit=UNITS[name], meaning=meaning
             )

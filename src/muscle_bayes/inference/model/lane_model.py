@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.muscle_prior import (
     TRAINED,
-    Ends,
+    Frame,
     completed,
     first_hyst,
     muscle_parameters,
@@ -42,24 +42,24 @@ def muscle_of(values: Values, data: Data) -> MuscleParameters | None:
     """Table 2's parameters, or None where the problem has no muscle."""
     if "F_modulus_min" not in values:
         return None
-    return muscle_parameters(values, data.base_length, data.tension, ends_of(values, data))
+    return muscle_parameters(values, data.base_length, data.tension, frame_of(values, data))
 
 
 def whole(values: Values, data: Data) -> Values:
     """The values with all of the muscle's, where parameters of Table 2 are sampled instead of some."""
     if "F_modulus_min" not in values:
         return values
-    return completed(values, data.base_length, data.tension, ends_of(values, data))
+    return completed(values, data.base_length, data.tension, frame_of(values, data))
 
 
-def ends_of(values: Values, data: Data) -> Ends:
-    """Temperatures between which the sampled quantities describe the muscle: see `muscle_sites`."""
+def frame_of(values: Values, data: Data) -> Frame:
+    """About what the sampled quantities describe the muscle: see `muscle_sites`."""
     for place in HEATERS:
         if (rate := values.get(f"{place}.heating_rate")) is not None:
             cooling = values.get(f"{place}.cooling_time", data.warmth.cooling_time)
             room = data.warmth.room
-            return Ends(room, room + rate * cooling * data.warmth.power)
-    return TRAINED
+            return Frame(room, room + rate * cooling * data.warmth.power, data.first_strain)
+    return TRAINED._replace(strain=data.first_strain)
 
 
 class Physical(NamedTuple):
@@ -138,7 +138,8 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     place = values.get(f"{regime}.place")
     place = nothing if place is None else place[lanes.run]
     q, speed = lanes.output.beginning(lanes.scale * first, lanes.scale * slope, place)
-    lag = values.get(f"{regime}.hyst_lag")
+    lag, pull = values.get(f"{regime}.hyst_lag"), values.get(f"{regime}.hyst_pull")
+    lag = lag if pull is None else pull / values["stiffness_hyst"]
     hyst = None if lag is None else first_hyst(lag[lanes.run], values, lanes.tension)
     return Origin(q, speed, hyst)
 

@@ -20,14 +20,20 @@ COLD, HOT = 25.0, 90.0
 """Temperatures between which the muscle was trained and thermal contraction is described, C."""
 
 
-class Ends(NamedTuple):
-    """Temperatures between which the muscle is described [C]."""
+class Frame(NamedTuple):
+    """About what the sampled quantities describe the muscle."""
 
     cold: Array | float = COLD
+    """Temperature from which on [C]."""
     hot: Array | float = HOT
+    """Temperature up to which [C]."""
+    strain: Array | float = 0.0
+    """That of `TAUT_FORCE` 0."""
 
 
-TRAINED = Ends()
+TRAINED = Frame()
+TAUT_FORCE = "taut_force"
+"""What is sampled in place of `taut_strain` where only forces are measured."""
 
 STIFFNESS = 5.0
 """Prior median of MODULUS' and HYST's force per strain, in typical tensions."""
@@ -47,7 +53,9 @@ UNITS = {
 """Of Table 2's parameters."""
 
 
-def muscle_sites(size: Scales, first_strain: float, powered: bool) -> dict[str, Site]:
+def muscle_sites(
+    size: Scales, first_strain: float, *, powered: bool = False, only_forces: bool = False
+) -> dict[str, Site]:
     """The muscle in quantities that a person can judge; `muscle_parameters` maps them to Table 2's.
 
     Thermal strain is described by its fall from 25 to 90 C and its bend between them, springs by
@@ -58,17 +66,19 @@ def muscle_sites(size: Scales, first_strain: float, powered: bool) -> dict[str, 
 
     Where power heats the muscle at an unknown rate (`powered`), the room and the temperature at which its
     usual power would hold the muscle stand for 25 and 90 C: readings then tell these quantities whatever
-    the rate, which without a thermometer nothing tells.
+    the rate, which without a thermometer nothing tells. Where `only_forces` are measured, a force says how
+    far the muscle is from taut at `first_strain`: one that is held tells forces, and nothing of strains.
     """
     pull = size.tension
     cold, hot = ("room temperature", "usual power") if powered else (f"{COLD:g} C", f"{HOT:g} C")
     middle = "half of that" if powered else f"{0.5 * (COLD + HOT):g} C"
-    return {
-        "taut_strain": Site(
-            dist.Normal(first_strain, 0.15),
-            "1",
-            f"strain at {cold} under typical tension, HYST at rest",
-        ),
+    taut, strains = f"at {cold} under typical tension, HYST at rest", 0.15
+    sites = (
+        {TAUT_FORCE: Site(dist.Normal(0.0, strains * STIFFNESS * pull), "N", f"what lacks {taut}")}
+        if only_forces
+        else {"taut_strain": Site(dist.Normal(first_strain, strains), "1", f"strain {taut}")}
+    )
+    return sites | {
         "contraction": Site(dist.HalfNormal(0.15), "1", f"contraction from {cold} to {hot}"),
         "bend": Site(
             dist.Normal(0.0, 0.2), "1", f"strain at {middle} off the chord, per unit contraction"
@@ -96,21 +106,21 @@ def muscle_parameters(
     values: Mapping[str, Array],
     base_length: Array | float,
     tension: Array | float,
-    ends: Ends = TRAINED,
+    frame: Frame = TRAINED,
 ) -> MuscleParameters:
     """Table 2's nine parameters from the sampled quantities.
 
     With s(T) = A T^2 + B T + C: s(25) = taut_strain - strain_under(tension), s(90) = s(25) - contraction,
     s(57.5) = chord + bend contraction; K = stiffness / L_base; H (T + T_off) through time_constant
-    K_hyst at 25 C and softening times that at 90 C. Or between other `ends`.
+    K_hyst at 25 C and softening times that at 90 C. Or in another frame.
     """
-    values = completed(values, base_length, tension, ends)
-    span, middle = ends.hot - ends.cold, 0.5 * (ends.hot + ends.cold)
+    values = completed(values, base_length, tension, frame)
+    span, middle = frame.hot - frame.cold, 0.5 * (frame.hot + frame.cold)
     bow = values["bend"] * values["contraction"]
     a = -4.0 * bow / span**2
     b = -values["contraction"] / span - 2.0 * a * middle
     cold_offset = values["taut_strain"] - strain_under(tension, values)
-    c = cold_offset - a * ends.cold**2 - b * ends.cold
+    c = cold_offset - a * frame.cold**2 - b * frame.cold
     k_hyst = values["stiffness_hyst"] / base_length
     cold = values["time_constant"] * k_hyst
     h = -cold * (1.0 - values["softening"]) / span
@@ -123,7 +133,7 @@ def muscle_parameters(
         F_modulus_min=values["F_modulus_min"],
         K_modulus=values["modulus"] / base_length,
         H=h,
-        T_hyst_offset=cold / h - ends.cold,
+        T_hyst_offset=cold / h - frame.cold,
     )
 
 
@@ -162,13 +172,13 @@ def completed(
     values: Mapping[str, Array],
     base_length: Array | float,
     tension: Array | float,
-    ends: Ends = TRAINED,
+    frame: Frame = TRAINED,
 ) -> dict[str, Array]:
     """The values with every quantity of `muscle_sites`, of which parameters of Table 2 took the place.
 
     The equations of `muscle_parameters`, solved for them.
     """
-    known, (cold, hot) = dict(values), ends
+    known, (cold, hot, strain) = dict(values), frame
     span, middle = hot - cold, 0.5 * (hot + cold)
     if "K_modulus" in values and "modulus" not in values:
         known["modulus"] = values["K_modulus"] * base_length
@@ -189,7 +199,9 @@ def completed(
         if "time_constant" not in values:
             known["time_constant"] = values["H"] * (values["T_hyst_offset"] + cold) / k_hyst
         known["softening"] = 1.0 + values["H"] * span / (known["time_constant"] * k_hyst)
-    if "taut_strain" not in values:
+    if TAUT_FORCE in values:
+        known["taut_strain"] = strain + values[TAUT_FORCE] / known["modulus"]
+    elif "taut_strain" not in values:
         a = -4.0 * known["bend"] * known["contraction"] / span**2
         b = -known["contraction"] / span - 2.0 * a * middle
         cold_offset = values["C"] + a * cold**2 + b * cold

@@ -217,11 +217,13 @@ def run_sites(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
     if regime != "heated" and any(has_muscle(run) for run in runs):
-        sites["hyst_lag"] = Site(
-            dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs, size)),
-            "1",
-            "HYST's strain at the first row, less that at rest under the first tension read, or typical",
-        )
+        spread, nothing = _first_lag_spread(runs, size), jnp.zeros(len(names))
+        under = "at the first row, less that at rest under the first tension read, or typical"
+        if regime == "imposed":
+            pull = dist.Normal(nothing, spread * STIFFNESS * size.tension)
+            sites["hyst_pull"] = Site(pull, "N", f"HYST's tension {under}")
+        else:
+            sites["hyst_lag"] = Site(dist.Normal(nothing, spread), "1", f"HYST's strain {under}")
     return sites
 
 

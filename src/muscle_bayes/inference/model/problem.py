@@ -119,6 +119,8 @@ class Data(NamedTuple):
     lever: Float[Array, ""]
     """Generalised force per unit of tension."""
     warmth: Warmth
+    first_strain: Float[Array, ""]
+    """Of the muscle at the first readings, about which a `taut_force` is."""
 
 
 @dataclass(frozen=True)
@@ -306,9 +308,12 @@ def pose(
     _check(runs, effects)
     records = [_recorded(run) for run in runs]
     size = prior.scales(runs, records)
-    sites = prior.fixture_sites(runs, friction, size)
+    sites, first = prior.fixture_sites(runs, friction, size), 0.0
     if any(has_muscle(run) for run in runs):
-        sites |= muscle_sites(size, prior.mean_first_strain(runs), prior.is_powered(runs))
+        first = prior.mean_first_strain(runs)
+        forces = all(run.imposed is not None for run in runs if has_muscle(run))
+        powered = prior.is_powered(runs)
+        sites |= muscle_sites(size, first, powered=powered, only_forces=forces)
     sites |= prior.part_sites(runs, size)
     sites |= prior.effect_sites(effects, size)
     for name, known in delay_prior(runs).items():
@@ -356,7 +361,8 @@ def pose(
     lever = np.asarray(size.force / size.tension)
     warmth = _warmth(runs, size)
     reference = np.asarray(prior.reference_tension(runs, size))
-    arrays = Data(tuple(lanes), chosen_priors, base_length, reference, lever, warmth)
+    first = np.asarray(first)
+    arrays = Data(tuple(lanes), chosen_priors, base_length, reference, lever, warmth, first)
     data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs
