@@ -11,9 +11,10 @@ import muscle_bayes as mb
 from benchmarks.rigs import EXAMPLES, Example, example
 from muscle_bayes.data import Run
 from muscle_bayes.data.reader import run_from_bytes
-from muscle_bayes.inference.model.lane_model import predictions, whole, zeros_of
+from muscle_bayes.inference.model.lane_model import muscle_of, predictions, whole, zeros_of
 from muscle_bayes.inference.model.muscle_prior import resting_hyst
 from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.posteriors.predictive import carried_over
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.running.precision import double_precision
 
@@ -67,6 +68,19 @@ def test_the_truth_explains_a_held_muscle(name: str) -> None:
     lag = 0.02 - float(resting_hyst(first, known))
     values["imposed.hyst_pull"] = np.full(1, lag * float(known["stiffness_hyst"]))
     assert max(misfits(problem, values)) < 2.0
+
+
+@pytest.mark.parametrize("name", HELD)
+@double_precision
+def test_another_runs_muscle_is_the_same_muscle(name: str) -> None:
+    one = example(name)
+    problem = pose([read(one)])
+    drawn = {key: np.full(3, value) for key, value in one.truth.items()}
+    noise = {key: np.ones(3) for key in problem.sites if key.startswith("imposed.")}
+    values = carried_over(problem, noise | drawn)
+    muscle = muscle_of(values, problem.data)
+    for key in ("A", "B", "C", "K_hyst", "K_modulus", "H", "T_hyst_offset"):
+        np.testing.assert_allclose(getattr(muscle, key), drawn[key], rtol=1e-6, err_msg=key)
 
 
 @double_precision

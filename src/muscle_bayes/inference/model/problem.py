@@ -361,8 +361,8 @@ def pose(
     lever = np.asarray(size.force / size.tension)
     warmth = _warmth(runs, size)
     reference = np.asarray(prior.reference_tension(runs, size))
-    first = np.asarray(first)
-    arrays = Data(tuple(lanes), chosen_priors, base_length, reference, lever, warmth, first)
+    told = reference, lever, warmth, np.asarray(first)
+    arrays = Data(tuple(lanes), chosen_priors, base_length, *told)
     data = jax.tree.map(jnp.asarray, arrays)
     return Problem(
         tuple(runs), tuple(records), layout, data, sites, size, tuple(lane_runs), site_runs

@@ -12,7 +12,8 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.density import unconstrain
-from muscle_bayes.inference.model.muscle_prior import strain_under
+from muscle_bayes.inference.model.lane_model import frame_of
+from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS, TAUT_FORCE, completed
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import (
@@ -72,23 +73,24 @@ def predict_runs(
     return [found[run.name] for run in runs]
 
 
-def _shared_values(posterior: Posterior, problem: Problem, thinned: dict[str, Any]) -> Any:
-    """Draws of what the problem shares with the posterior: everything that is no run's own."""
+def carried_over(problem: Problem, thinned: dict[str, Any]) -> dict[str, Any]:
+    """Draws of a posterior as what the problem shares with it: everything that is no run's own.
+
+    A muscle is carried over by Table 2's parameters, in N/m and strain, and described as the problem does.
+    """
     shared = [name for name, shape in problem.layout.shapes if not shape]
-    if missing := [name for name in shared if name not in thinned]:
+    values = {name: thinned[name] for name in shared if name in thinned}
+    if "K_modulus" in thinned:
+        data = problem.data
+        table = {name: thinned[name] for name in MUSCLE_PARAMETERS}
+        known = completed(table, data.base_length, data.tension, frame_of(values, data))
+        known[TAUT_FORCE] = (known["taut_strain"] - data.first_strain) * known["modulus"]
+        values |= {name: known[name] for name in shared if name in known}
+    if missing := [name for name in shared if name not in values]:
         raise MuscleBayesError(
             f"the posterior has no {', '.join(missing)}, which these runs need. "
             "Fix: fit runs of their kind as well."
         )
-    values = {name: thinned[name] for name in shared}
-    scale = posterior.tree.attrs["base_length"] / float(problem.data.base_length)
-    if "modulus" in values:
-        # Strain under one tension tells that under another; K in N/m is the material's number that
-        # is carried over, stiffness per strain is K L_base.
-        told, asked = posterior.tree.attrs["tension"], float(problem.data.tension)
-        relaxed = values["taut_strain"] - strain_under(told, values)
-        values |= {key: values[key] / scale for key in ("modulus", "stiffness_hyst")}
-        values["taut_strain"] = relaxed + strain_under(asked, values)
     return values
 
 
@@ -100,9 +102,10 @@ def _predict_part(
     names = {
         *json.loads(posterior.tree.attrs["sampled"]),
         *(name for name, _ in problem.layout.shapes),
+        *MUSCLE_PARAMETERS,
     }
     thinned = thin({name: group[name].to_numpy() for name in names if name in group}, draws)
-    values = _shared_values(posterior, problem, thinned)
+    values = carried_over(problem, thinned)
     if not known:
         settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
         better = _improved(problem, settled)
