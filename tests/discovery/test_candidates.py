@@ -11,6 +11,7 @@ from muscle_bayes.discovery.candidates import (
     log_bayes_factors,
     promising,
 )
+from muscle_bayes.physics.effects import effect_type
 
 NOTHING: Any = None
 
@@ -25,6 +26,16 @@ def test_every_strength_is_a_start() -> None:
     wanted = [(1.0, 9.0), (1.0, 8.0), (0.1, 2.0), (0.01, 1.0)]
     assert [(one.strength, one.gain) for one in promising(found)] == wanted
     assert promising([]) == []
+
+
+def test_a_weaker_effect_acts_where_it_acted() -> None:
+    """A Stribeck speed or a time constant is a shape: only what is 0 without the effect gets weaker."""
+    strengths = (1.0, 0.1, 0.01)
+    for name in ("stribeck-friction", "second-relaxation", "force-scale"):
+        for key, parameter in effect_type(name).parameters.items():
+            weaker = parameter.weakened(np.array([[0.4], [3.0]]), np.array(strengths))
+            wanted = np.outer([0.4, 3.0], (1.0, 1.0, 1.0) if parameter.off else strengths)
+            np.testing.assert_allclose(np.broadcast_to(weaker, (2, 3)), wanted, err_msg=key)
 
 
 def test_evidence_of_the_linearised_model_is_the_mean_over_the_prior() -> None:

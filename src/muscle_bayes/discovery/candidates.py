@@ -166,6 +166,7 @@ def _drawn(
     for part, (name, parameter) in zip(parts, parameters.items(), strict=True):
         prior = nested.data.priors[f"{held}.{name}"]
         drawn = prior.sample(part, (draws, 1))
-        scaled = parameter.off + jnp.array(strengths) * (drawn - parameter.off)
+        scaled = parameter.weakened(drawn, jnp.array(strengths))
+        scaled = jnp.broadcast_to(scaled, (draws, len(strengths)))
         columns.append(np.asarray(biject_to(prior.support).inv(scaled)).ravel())
     return list(zip(strengths * draws, np.stack(columns, axis=1), strict=True))

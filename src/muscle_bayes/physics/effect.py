@@ -77,6 +77,14 @@ class Parameter:
     prior: Callable[[Scales], dist.Distribution]
     meaning: str
 
+    def weakened(self, value: Array, factor: Array | float) -> Array:
+        """A value of an effect that is weaker by a factor.
+
+        A parameter that is not 0 where the effect is off, a speed or a time, says where the effect acts and
+        not how strongly: it stays as it is.
+        """
+        return value if self.off else factor * value
+
 
 class Signals(NamedTuple):
     """What an effect may look at, at one instant. Muscle signals are those of the side it acts on."""

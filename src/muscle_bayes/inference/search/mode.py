@@ -124,7 +124,7 @@ def _starts_of(
         for effect in layout.effects:
             for field, parameter in effect_type(effect).parameters.items():
                 name = f"{effect}.{field}"
-                values[name] = parameter.off + factor * (values[name] - parameter.off)
+                values[name] = parameter.weakened(values[name], factor)
         return unconstrain(values, layout, data)
 
     return jax.vmap(one)(values, shrinking)
