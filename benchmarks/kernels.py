@@ -1,4 +1,4 @@
-"""What the Crank-Nicolson kernel buys beside NUTS: effective sample size per CPU-second.
+"""What surrogate transitions buy beside NUTS: effective sample size per CPU-second.
 
 `python -m benchmarks.kernels` draws the posteriors of the shipped springs and staircases by both, from one
 mode and with compiled code, and prints a table. The minimum forces and the noise are sliced by both alike.

@@ -42,7 +42,7 @@ def main(seed: int, path: Path) -> None:
         busy=busy,
         vector=draws.vector,
         diverging=draws.divergences,
-        # Crank-Nicolson steps need none.
+        # Surrogate transitions need no gradient.
         steps=int(np.sum(draws.statistics.get("n_steps", 0))),
         with_inertia=any(lanes.fine is not None for lanes in sampled.problem.data.lanes),
         **{f"seconds_{stage}": value for stage, value in sampled.seconds.items()},
