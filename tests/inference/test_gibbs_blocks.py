@@ -19,8 +19,8 @@ from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.sampling.gibbs_blocks import (
     Slices,
     blocks_of,
-    force_update,
     noise_update,
+    wall_update,
 )
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
@@ -31,9 +31,9 @@ def test_every_site_is_in_one_block() -> None:
     names = ["J", "D", "F_modulus_min", "slow.noise", "slow.zero", "F_hyst_min", "fast.discrepancy"]
     found = blocks_of([*names, "bias-torque.torque", "slow.correlation_time"])
     assert found.smooth == ("J", "D", "slow.zero", "bias-torque.torque")
-    assert found.minimum_forces == FORCES
+    assert found.walls == FORCES
     assert found.noise == ("slow.noise", "fast.discrepancy", "slow.correlation_time")
-    assert not blocks_of(["J", "fast.noise"]).minimum_forces
+    assert not blocks_of(["J", "fast.noise"]).walls
 
 
 def beginning(run: str, until: float, every: int) -> tuple[CalibrationModel, Data]:
@@ -58,11 +58,11 @@ def successive(
     """Readings drawn given the values, then values by slices given the readings, in turns."""
     layout, slices = model.problem.layout, Slices()
     blocks = blocks_of([name for name, _ in layout.shapes])
-    names = blocks.minimum_forces + blocks.noise
+    names = blocks.walls + blocks.noise
     others = {name: value for name, value in values.items() if name not in names}
     updates = [(noise_update(model, slices), blocks.noise)]
-    if blocks.minimum_forces:
-        updates.insert(0, (force_update(model, slices), blocks.minimum_forces))
+    if blocks.walls:
+        updates.insert(0, (wall_update(model, slices, blocks.walls), blocks.walls))
 
     @jax.jit
     def run(key: jax.Array, own: dict[str, jax.Array], data: Data) -> dict[str, jax.Array]:

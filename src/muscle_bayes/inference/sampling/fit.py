@@ -30,7 +30,7 @@ from muscle_bayes.inference.sampling.sampler import Draws, Effort, draw
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.pivots import pivoted
 
-QUICK = Effort(warmup=50, draws=100, rounds=12, min_ess=200)
+QUICK = Effort(warmup=50, draws=100, rounds=24, min_ess=200)
 FULL = Effort()
 EFFORTS = {"quick": QUICK, "full": FULL}
 MOST_INFORMATION = 1.0 / np.finfo(float).eps

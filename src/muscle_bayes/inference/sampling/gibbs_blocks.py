@@ -1,12 +1,13 @@
-"""Blocks of sites, and the one that is slice sampled: minimum forces and noise."""
+"""Blocks of sites, and those that are slice sampled: what acts like a wall, and noise."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from numpyro.infer import CustomGibbs
 from numpyro.infer.gibbs import GIBBS_SITES_KWARG, CustomGibbsState
 
@@ -26,24 +27,25 @@ class Blocks(NamedTuple):
 
     smooth: tuple[str, ...]
     """In which the posterior, the others given, is nearly normal."""
-    minimum_forces: tuple[str, ...]
+    walls: tuple[str, ...]
+    """The minimum forces, and whatever else is taken apart."""
     noise: tuple[str, ...]
     """Noise parameters: their density is a curved funnel, but costs no simulation."""
 
 
-def blocks_of(names: Sequence[str]) -> Blocks:
-    """The blocks of these sites."""
+def blocks_of(names: Sequence[str], apart: Collection[str] = ()) -> Blocks:
+    """The blocks of these sites; those of the effects `apart` are among the walls."""
     noise = tuple(name for name in names if name.rpartition(".")[2] in NoiseParameters._fields)
-    forces = tuple(name for name in names if name in MINIMUM_FORCES)
-    return Blocks(tuple(n for n in names if n not in noise + forces), forces, noise)
+    walls = tuple(n for n in names if n in MINIMUM_FORCES or n.partition(".")[0] in apart)
+    return Blocks(tuple(n for n in names if n not in noise + walls), walls, noise)
 
 
 class Slices(NamedTuple):
     """How the slice-sampled block moves."""
 
-    force_width: float = 4.0
-    """Interval of a minimum force, in its logarithm."""
-    force_rounds: int = 2
+    wall_width: float = 4.0
+    """Interval of a site that acts like a wall, unconstrained: of a force in its logarithm."""
+    wall_rounds: int = 2
     noise_widths: tuple[float, float, float] = (0.5, 6.0, 5.0)
     """Intervals of log total, log odds and log correlation time."""
     noise_rounds: int = 4
@@ -55,9 +57,7 @@ class Slices(NamedTuple):
 
 
 class SliceBlock(CustomGibbs):
-    """Minimum forces, with simulations, then noise parameters, on the last prediction alone.
-
-    A `CustomGibbs` whose update sees the model's arguments: compiled code then serves any data of the
+    """A `CustomGibbs` whose update sees the model's arguments: compiled code then serves any data of the
     same shapes. `update(key, own, others, data)` returns new values of its sites.
     """
 
@@ -95,27 +95,29 @@ type Update = Callable[..., dict[str, Array]]
 """Of some sites, from key, own values, those of all other sites, and data."""
 
 
-def force_update(model: CalibrationModel, slices: Slices) -> Update:
-    """Slices of the minimum forces of a model; each costs a simulation."""
+def wall_update(model: CalibrationModel, slices: Slices, names: Sequence[str]) -> Update:
+    """Slices of sites of a model that act like walls; each look costs a simulation."""
     layout = model.problem.layout
-    names = blocks_of([name for name, _ in layout.shapes]).minimum_forces
 
     def update(
         key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
     ) -> dict[str, Array]:
         values = {**others, **own}
+        transforms = [dist.biject_to(data.priors[name].support) for name in names]
 
         def density(point: Array) -> tuple[Array, tuple[()]]:
-            moved = values | dict(zip(names, jnp.exp(point), strict=True))
+            there = [transform(one) for transform, one in zip(transforms, point, strict=True)]
+            moved = values | dict(zip(names, there, strict=True))
             predicted = predictions(moved, layout, data)
             return _log_prior(moved, names, data) + _log_likelihood(
                 model, moved, predicted, data
             ), ()
 
-        forces = jnp.log(jnp.stack([values[name] for name in names]))
-        steps = jnp.tile(slices.force_width * jnp.eye(forces.size), (slices.force_rounds, 1))
-        there = slice_sweep(key, density, forces, steps)
-        return dict(zip(names, jnp.exp(there.point), strict=True))
+        begun = [t.inv(values[name]) for t, name in zip(transforms, names, strict=True)]
+        steps = jnp.tile(slices.wall_width * jnp.eye(len(names)), (slices.wall_rounds, 1))
+        there = slice_sweep(key, density, jnp.stack(begun), steps).point
+        pairs = zip(names, transforms, there, strict=True)
+        return {name: transform(one) for name, transform, one in pairs}
 
     return update
 
@@ -154,8 +156,12 @@ def noise_update(model: CalibrationModel, slices: Slices) -> Update:
 
 
 def _log_prior(values: Mapping[str, Array], names: Sequence[str], data: Data) -> Array:
-    """Of positive sites, with respect to their logarithms."""
-    parts = [data.priors[name].log_prob(values[name]) + jnp.log(values[name]) for name in names]
+    """Of sites, with respect to their unconstrained values."""
+    parts = []
+    for name in names:
+        transform = dist.biject_to(data.priors[name].support)
+        volume = transform.log_abs_det_jacobian(transform.inv(values[name]), values[name])
+        parts.append(data.priors[name].log_prob(values[name]) + volume)
     return jnp.sum(jnp.stack(parts))
 
 

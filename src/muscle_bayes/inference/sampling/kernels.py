@@ -13,11 +13,12 @@ from muscle_bayes.inference.model.calibration_model import CalibrationModel
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Layout, Problem
 from muscle_bayes.inference.sampling.gibbs_blocks import (
+    Blocks,
     SliceBlock,
     Slices,
     blocks_of,
-    force_update,
     noise_update,
+    wall_update,
 )
 from muscle_bayes.inference.sampling.linearised import Linearised, linearised, surrogate_of
 from muscle_bayes.inference.sampling.surrogate_transitions import SurrogateTransitions
@@ -51,8 +52,8 @@ class Sampler(Protocol):
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""
 
-    def last_block(self, layout: Layout) -> int:
-        """Number of the last block."""
+    def blocks(self, layout: Layout) -> Blocks:
+        """In which block each site is."""
 
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Any:
         """What all chains need of the normal approximation."""
@@ -92,7 +93,7 @@ class Nuts:
     constrained: ClassVar[bool] = False
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
-        sites = blocks_of([name for name, _ in model.problem.layout.shapes])
+        sites = self.blocks(model.problem.layout)
         whole = NUTS(
             model,
             dense_mass=[sites.smooth],
@@ -101,10 +102,10 @@ class Nuts:
             max_tree_depth=self.max_tree_depth,
         )
         noise = SliceBlock(noise_update(model, self.slices)), sites.noise
-        return Gibbs([*_forces(model, self.slices), noise, (whole, sites.smooth)])
+        return Gibbs([*_walls(model, self.slices, sites), noise, (whole, sites.smooth)])
 
-    def last_block(self, layout: Layout) -> int:
-        return 1 + _has_forces(layout)
+    def blocks(self, layout: Layout) -> Blocks:
+        return blocks_of([name for name, _ in layout.shapes])
 
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
         return normal
@@ -130,7 +131,7 @@ class Nuts:
     def vectors(
         self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
     ) -> Float[np.ndarray, "chain draw n"]:
-        smooth = blocks_of([name for name, _ in layout.shapes]).smooth
+        smooth = self.blocks(layout).smooth
         # NUTS holds its sites unconstrained; the others are positive.
         free = [values[n] if n in smooth else np.log(values[n]) for n, _ in layout.shapes]
         return np.concatenate([one.reshape(*one.shape[:2], -1) for one in free], axis=2)
@@ -138,9 +139,9 @@ class Nuts:
 
 @dataclass(frozen=True)
 class LinearisedSteps:
-    """Slices of the minimum forces, and `SurrogateTransitions` over all other sites.
+    """Slices of what acts like a wall, and `SurrogateTransitions` over all other sites.
 
-    The surrogate takes the model's predictions as linear about the mode.
+    The surrogate takes the model's predictions as linear about a typical point.
     """
 
     steps: int = 8
@@ -150,6 +151,8 @@ class LinearisedSteps:
     """Standard deviation of proposals, in those of the surrogate, whose tails may be too thin."""
     noise_widths: tuple[float, float, float] = (0.5, 2.0, 2.0)
     """Largest scale of moves in log noise, log discrepancy and log correlation time."""
+    apart: tuple[str, ...] = ()
+    """Effects that are slice sampled as the minimum forces are: some act beyond a threshold only."""
     slices: Slices = field(default_factory=Slices)
 
     statistics: ClassVar[dict[str, str]] = {
@@ -161,7 +164,7 @@ class LinearisedSteps:
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         layout = model.problem.layout
-        sites = blocks_of([name for name, _ in layout.shapes])
+        sites = self.blocks(layout)
         smooth = entries_of(sites.smooth, layout)
         whole = SurrogateTransitions(
             model,
@@ -171,7 +174,10 @@ class LinearisedSteps:
             steps=self.steps,
             moves=self.moves,
         )
-        return Gibbs([*_forces(model, self.slices), (whole, sites.smooth + sites.noise)])
+        return Gibbs([*_walls(model, self.slices, sites), (whole, sites.smooth + sites.noise)])
+
+    def blocks(self, layout: Layout) -> Blocks:
+        return blocks_of([name for name, _ in layout.shapes], self.apart)
 
     def _noise_directions(self, layout: Layout) -> Float[np.ndarray, "k n"]:
         """Each quantity alone, and a long-lived discrepancy along which its steps stay as large."""
@@ -185,9 +191,6 @@ class LinearisedSteps:
                 row[entries] = widths
                 rows.append(row)
         return np.array(rows)
-
-    def last_block(self, layout: Layout) -> int:
-        return _has_forces(layout)
 
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Linearised:
         return linearised(normal.point, normal.entries, normal.covariance, problem, workers)
@@ -209,11 +212,10 @@ def entries_of(sites: Collection[str], layout: Layout) -> Int[np.ndarray, " m"]:
     return np.flatnonzero(np.isin(entry_names(layout), list(sites)))
 
 
-def _has_forces(layout: Layout) -> int:
-    return int(bool(blocks_of([name for name, _ in layout.shapes]).minimum_forces))
-
-
-def _forces(model: CalibrationModel, slices: Slices) -> list[tuple[SliceBlock, tuple[str, ...]]]:
-    """The block of the minimum forces, where there are any."""
-    names = blocks_of([name for name, _ in model.problem.layout.shapes]).minimum_forces
-    return [(SliceBlock(force_update(model, slices)), names)] if names else []
+def _walls(
+    model: CalibrationModel, slices: Slices, sites: Blocks
+) -> list[tuple[SliceBlock, tuple[str, ...]]]:
+    """The block of the walls, where there are any."""
+    return (
+        [(SliceBlock(wall_update(model, slices, sites.walls)), sites.walls)] if sites.walls else []
+    )

@@ -1,6 +1,6 @@
 """Draws from a posterior by NumPyro's MCMC, in rounds until the chains agree."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -20,7 +20,6 @@ from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.running.programs import constrained, potential_at
 from muscle_bayes.inference.running.side_by_side import side_by_side
-from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
 from muscle_bayes.inference.sampling.kernels import (
     SCHEDULE,
     LinearisedSteps,
@@ -52,10 +51,10 @@ class Effort:
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
-    """How sites are sampled. None: by `LinearisedSteps`, unless fewer than `least_acceptance` of their
-    proposals are accepted in warm-up; then by `Nuts`."""
-    least_acceptance: float = 0.1
-    """With which taking predictions as linear counts as good: a draw of `Nuts` costs ten times as much."""
+    """How sites are sampled. None: by `LinearisedSteps`, unless a chain accepts fewer than
+    `least_acceptance` of its proposals in warm-up; then with effects apart; last by `Nuts`."""
+    least_acceptance: float = 0.2
+    """With which taking predictions as linear counts as good."""
     chunk: int = 25
     """Draws between two reports of progress."""
 
@@ -143,8 +142,8 @@ def _begin(
 ) -> list[GibbsState]:
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
-    smooth = blocks_of([name for name, _ in layout.shapes]).smooth
-    prepared = sampler.prepared(_normal(mode, layout), problem, workers)
+    smooth = sampler.blocks(layout).smooth
+    prepared = sampler.prepared(_normal(mode, layout, smooth), problem, workers)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
 
     @jax.jit
@@ -175,24 +174,24 @@ def _placed(states: list[GibbsState]) -> list[GibbsState]:
     return jax.device_put(states, jax.devices()[0])
 
 
-def _normal(mode: Mode, layout: Layout) -> Normal:
+def _normal(mode: Mode, layout: Layout, smooth: Collection[str]) -> Normal:
     """The normal approximation of the smooth sites."""
-    names = np.array(entry_names(layout))
-    entries = entries_of(blocks_of(list(names)).smooth, layout)
+    names, entries = np.array(entry_names(layout)), entries_of(smooth, layout)
     covariance = FactoredPrecision(np.asarray(mode.information)[np.ix_(entries, entries)]).inverse()
     return Normal(tuple(names[entries]), entries, np.asarray(mode.vector), covariance)
 
 
-def _normal_of_typical(point: Float[np.ndarray, " n"], problem: Problem) -> Normal:
+def _normal_of_typical(
+    point: Float[np.ndarray, " n"], problem: Problem, smooth: Collection[str]
+) -> Normal:
     """The normal approximation of the smooth sites where all others are as at a point.
 
     At the mode of the joint density the noise is smaller than in most of the posterior, and so is the
     spread of all that readings tell.
     """
     layout = problem.layout
-    smooth = entries_of(blocks_of([name for name, _ in layout.shapes]).smooth, layout)
-    others = np.setdiff1d(np.arange(point.size), smooth)
-    return _normal(descended(point, layout, problem.data, list(others)), layout)
+    others = np.setdiff1d(np.arange(point.size), entries_of(smooth, layout))
+    return _normal(descended(point, layout, problem.data, list(others)), layout, smooth)
 
 
 def _dispersed(
@@ -237,10 +236,12 @@ class _Chains:
         report(0, self._planned, "compiling")
 
     def warm_up(self, count: int) -> float:
-        """Drop so many draws, and adapt to them; the mean acceptance probability of the later half."""
+        """Drop so many draws, and adapt to them; the least of the chains' mean acceptance probabilities."""
         self._advance(count // 2, lambda: "warm-up")
         vectors = self._drawn().vector
-        normal = _normal_of_typical(vectors[:, vectors.shape[1] // 2 :].mean((0, 1)), self._problem)
+        typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
+        smooth = self._sampler.blocks(self._problem.layout).smooth
+        normal = _normal_of_typical(typical, self._problem, smooth)
         prepared = self._sampler.prepared(normal, self._problem, self._workers)
         self._change_last(lambda block: self._sampler.begun(block, prepared))
         self._rows = []
@@ -248,7 +249,7 @@ class _Chains:
         statistics = _joined(self._rows).statistics
         self._change_last(lambda block: self._sampler.warmed(block, statistics))
         self._rows = []
-        return float(statistics["acceptance_rate"].mean())
+        return float(statistics["acceptance_rate"].mean(axis=1).min())
 
     def _change_last(self, change: Callable[[Any], Any]) -> None:
         """Change the last block's state of all chains."""
@@ -303,17 +304,23 @@ def draw(
     def begin(sampler: Sampler) -> _Chains:
         return _Chains(key, mode, problem, effort, sampler, workers, report)
 
-    chains = begin(effort.sampler or LinearisedSteps())
-    accepted = chains.warm_up(effort.warmup)
-    if effort.sampler is None and accepted < effort.least_acceptance:
-        chains = begin(Nuts())
-        chains.warm_up(effort.warmup)
+    for sampler in [effort.sampler] if effort.sampler else _samplers(problem):
+        chains = begin(sampler)
+        if chains.warm_up(effort.warmup) >= effort.least_acceptance:
+            break
     draws = chains.go_on(effort.draws)
     for _ in range(effort.rounds):
         if agree(draws, effort):
             break
         draws = chains.go_on(effort.draws // 2)
     return draws
+
+
+def _samplers(problem: Problem) -> list[Sampler]:
+    """In the order in which they are tried."""
+    effects = problem.layout.effects
+    apart: list[Sampler] = [LinearisedSteps(apart=tuple(effects))] if effects else []
+    return [LinearisedSteps(), *apart, Nuts()]
 
 
 def _joined(chunks: list[list[_Rows]]) -> _Rows:

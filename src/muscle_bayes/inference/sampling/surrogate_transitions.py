@@ -45,15 +45,18 @@ def sweep(
     *,
     steps: int = 8,
     moves: int = 4,
+    nearest: float = 0.01,
 ) -> Swept:
     """Some steps of the surrogate transition method.
 
     First the noise moves by random-walk Metropolis steps under the surrogate's marginal. Then the smooth
-    entries x are proposed: x' = c' + R' u', u' = k u + sqrt(1 - k^2) e with u = R^-1 (x - c), e standard
-    normal and k uniform on (0, 1), drawn anew (preconditioned Crank-Nicolson). So they are carried along as
-    noise makes their normal wider and moves it. Both leave the surrogate q as it is and are reversible: the
-    step is accepted with probability min(1, p(x', n') q(x, n) / (p(x, n) q(x', n'))). It costs one value
-    of the density p, and no gradient.
+    entries x are proposed: x' = c' + R' u', u' = sqrt(1 - b^2) u + b e with u = R^-1 (x - c) and e standard
+    normal (preconditioned Crank-Nicolson). So they are carried along as noise makes their normal wider and
+    moves it. Both leave the surrogate q as it is and are reversible: the step is accepted with probability
+    min(1, p(x', n') q(x, n) / (p(x, n) q(x', n'))). It costs one value of the density p, and no gradient.
+    One step in four is near: the noise stays, and b is small, log-uniform down to `nearest`. Else the
+    noise moves, and sqrt(1 - b^2) is uniform on (0, 1). Far from where the surrogate holds only near
+    steps are accepted.
 
     Sources: Liu, Monte Carlo Strategies in Scientific Computing (2001), section 9.4.3; Christen and Fox,
     J. Comput. Graph. Stat. 14 (2005), 795-810; Cotter, Roberts, Stuart and White, Statistical Science 28
@@ -68,30 +71,35 @@ def sweep(
         directions: along which the noise moves, each with its largest scale.
         steps: proposals.
         moves: of the noise, in each.
+        nearest: smallest scale of a step, in the surrogate's standard deviations.
     """
 
     def moved(now: tuple, key: Array) -> tuple[tuple, None]:
-        place, near, first = now
+        place, near, stays, first = now
         key_which, key_size, key_way, key_accept = jax.random.split(key, 4)
         direction = jax.random.choice(key_which, directions)
         size = 10.0 ** -jax.random.uniform(key_size) * jax.random.normal(key_way)
-        further = place + jnp.where(first, 0.0, size) * direction
+        further = place + jnp.where(stays, 0.0, size) * direction
         there = surrogate(further)
         rise = there.log_marginal - near.log_marginal
         accepted = first | (jnp.log(jax.random.uniform(key_accept)) < rise)
         further, there = _either(accepted, (further, there), (place, near))
-        return (further, there, first), None
+        return (further, there, stays, first), None
 
     def step(now: tuple, one: tuple[Array, Array]) -> tuple[tuple, Array]:
         place, near, _, weight = now
         key, first = one
-        key_noise, key_near, key_kick, key_accept = jax.random.split(key, 4)
+        key_noise, key_kind, key_size, key_kick, key_accept = jax.random.split(key, 5)
+        stays = jax.random.bernoulli(key_kind, 0.25)
+        begun = place, near, stays | first, first
         keys = jax.random.split(key_noise, moves)
-        (noisy, there_near, _), _ = jax.lax.scan(moved, (place, near, first), keys)
+        (noisy, there_near, *_), _ = jax.lax.scan(moved, begun, keys)
         near = _either(first, there_near, near)
-        k = jnp.where(first, 1.0, jax.random.uniform(key_near))
+        uniform = jax.random.uniform(key_size)
+        size = jnp.where(stays, nearest**uniform, jnp.sqrt(1.0 - uniform**2))
+        size = jnp.where(first, 0.0, size)
         u = near.inverse_root @ (place[smooth] - near.centre)
-        u = k * u + jnp.sqrt(1.0 - k**2) * jax.random.normal(key_kick, u.shape)
+        u = jnp.sqrt(1.0 - size**2) * u + size * jax.random.normal(key_kick, u.shape)
         x = jnp.where(first, place[smooth], there_near.centre + there_near.root @ u)
         further = noisy.at[smooth].set(x)
         there = log_density(further)
