@@ -198,17 +198,8 @@ def _verdict(verdict: str | tuple[str, ...]) -> str:
 
 
 def _window(one: Located) -> dict[str, Any]:
-    return {
-        "run": one.run,
-        "start_s": one.start,
-        "end_s": one.end,
-        "where": one.where,
-        "rms": one.rms,
-        "unit": one.unit,
-        "p_value": one.p_value,
-        "share": one.share,
-        "sensor_steps": one.steps,
-    }
+    keys = {"start": "start_s", "end": "end_s", "steps": "sensor_steps"}
+    return {keys.get(key, key): value for key, value in asdict(one).items()}
 
 
 def _shown(judged: Judged, runs: list[str]) -> dict[str, Any]:

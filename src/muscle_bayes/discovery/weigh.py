@@ -92,10 +92,7 @@ class Naming:
     @property
     def best(self) -> str:
         """The likeliest candidate."""
-        return max(
-            (name for name in self.probabilities if name != NONE),
-            key=lambda name: self.probabilities[name],
-        )
+        return next(name for name in self.order if name != NONE)
 
     @property
     def claims(self) -> bool:
@@ -105,9 +102,8 @@ class Naming:
     @property
     def tie(self) -> tuple[str, ...]:
         """Effects that the data cannot separate, down to a tenth as likely as the likeliest, in order."""
-        named = {name: p for name, p in self.probabilities.items() if name != NONE}
-        order = sorted(named, key=lambda name: -named[name])
-        close = [name for name in order if named[name] >= 0.1 * named[order[0]]]
+        order = [name for name in self.order if name != NONE]
+        close = [n for n in order if self.probabilities[n] >= 0.1 * self.probabilities[order[0]]]
         return tuple(close) if len(close) > 1 and self.claims else ()
 
     def with_unknown(self, odds: float, odds_against_none: float = 1.0) -> dict[str, float]:
@@ -169,10 +165,8 @@ def weigh(
 def linear(log_bayes_factors: Mapping[str, float]) -> Naming:
     """Probabilities from evidence in the linearised model, where no candidate was fitted."""
     share = (1.0 - PRIOR_NONE) / max(len(log_bayes_factors), 1)
-    odds = {n: share * float(np.exp(np.clip(x, -50.0, 50.0))) for n, x in log_bayes_factors.items()}
-    total = PRIOR_NONE + sum(odds.values())
-    found = {NONE: PRIOR_NONE / total} | {name: x / total for name, x in odds.items()}
-    return Naming(found, {NONE: 0.0, **log_bayes_factors}, {})
+    prior = {NONE: PRIOR_NONE, **dict.fromkeys(log_bayes_factors, share)}
+    return Naming(prior, {NONE: 0.0, **log_bayes_factors}, {}).corrected(log_bayes_factors)
 
 
 def in_dispute(one: Fitted, other: Fitted) -> Float[np.ndarray, " error"]:
