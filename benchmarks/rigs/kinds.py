@@ -222,12 +222,21 @@ def force_and_position(seed: int = 0) -> Example:
 
 
 BASE, WARMEST = 0.1, 80.0
+SETTLED = 3000
+"""Seconds for which a held muscle has been held before it is logged."""
 
 
 def _held(heat: Sequence[float], length: float) -> tuple[np.ndarray, dict[str, float]]:
-    """Tension [N] of a muscle that is held at a length [m], at temperatures 0.1 s apart [C]; the truth."""
+    """Tension [N] of a muscle that is held at a length [m], at temperatures 0.1 s apart [C]; the truth.
+
+    It has been held there for long.
+    """
     parameters = MuscleParameters()
     muscle, tensions = Muscle(parameters, BASE, hyst=0.02), []
+    for _ in range(SETTLED):
+        muscle.begin(heat[0], heat[0], 1.0)
+        muscle.tension(length)
+        muscle.advance(1.0)
     for before, after in pairwise(heat):
         muscle.begin(before, after, 0.1)
         tensions.append(muscle.tension(length))
@@ -238,7 +247,7 @@ def _held(heat: Sequence[float], length: float) -> tuple[np.ndarray, dict[str, f
 
 
 def isometric_muscle(seed: int = 0) -> Example:
-    time, length = np.arange(0, 120, 0.1), 1.2 * BASE
+    time, length = np.arange(0, 240, 0.1), 1.2 * BASE
     heat = 25.0 + (WARMEST - 25.0) * 0.5 * (1.0 - np.cos(2 * np.pi * time / 60.0))
     tension, truth = _held(list(heat), length)
     return Example(
@@ -255,7 +264,7 @@ def isometric_muscle(seed: int = 0) -> Example:
 
 
 def heater_power(seed: int = 0) -> Example:
-    time, length, rate, cooling = np.arange(0, 120, 0.1), 1.2 * BASE, 0.9, 30.0
+    time, length, rate, cooling = np.arange(0, 240, 0.1), 1.2 * BASE, 0.9, 30.0
     power = np.where(np.mod(time, 60.0) < 30.0, 1.5, 0.2)
     tube, heat = HeaterTube(rate, cooling, 25.0), [25.0]
     for watts in power[:-1]:

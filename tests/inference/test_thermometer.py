@@ -25,6 +25,13 @@ def test_only_new_values_count_and_are_placed_between_rows():
     np.testing.assert_allclose(time[1:] - values[1:] / 3.0, -0.05)
 
 
+def test_a_new_value_in_every_row_is_read_then():
+    time = np.arange(0.0, 20.0, 0.5)
+    instants, values = updates(time, 25.0 + 2.0 * time)
+    np.testing.assert_allclose(instants, time)
+    np.testing.assert_allclose(values, 25.0 + 2.0 * time)
+
+
 def test_steady_temperature_keeps_telling():
     time, _ = updates(*logged(lambda t: 0.0 * t + 25.0))
     assert np.diff(time).max() < 0.75

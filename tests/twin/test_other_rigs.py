@@ -11,8 +11,11 @@ import muscle_bayes as mb
 from benchmarks.rigs import EXAMPLES, Example, example
 from muscle_bayes.data import Run
 from muscle_bayes.data.reader import run_from_bytes
-from muscle_bayes.inference.model.lane_model import muscle_of, predictions, whole, zeros_of
-from muscle_bayes.inference.model.muscle_prior import resting_hyst
+from muscle_bayes.inference.model.lane_model import (
+    muscle_of,
+    predictions,
+    zeros_of,
+)
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.posteriors.predictive import carried_over
 from muscle_bayes.inference.posteriors.summary import summarise
@@ -62,11 +65,6 @@ def test_the_truth_explains_a_held_muscle(name: str) -> None:
         name: np.asarray(one.truth.get(name, 0.0)) * np.ones(site.prior.shape())
         for name, site in problem.sites.items()
     }
-    # HYST begins at a strain of 0.02.
-    first = problem.data.lanes[0].tension[0]
-    known = whole(values, problem.data)
-    lag = 0.02 - float(resting_hyst(first, known))
-    values["imposed.hyst_pull"] = np.full(1, lag * float(known["stiffness_hyst"]))
     assert max(misfits(problem, values)) < 2.0
 
 

@@ -9,8 +9,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.muscle_prior import (
+    LEAST_SHARE,
     TRAINED,
     Frame,
     completed,
@@ -21,6 +23,7 @@ from muscle_bayes.inference.model.problem import Data, Lanes, Layout
 from muscle_bayes.inference.records.parts import HEATERS, PLACES
 from muscle_bayes.inference.records.rig import filled, with_parameters
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.heater import LoggedTemperature
 from muscle_bayes.physics.imposed import imposed_response
@@ -109,7 +112,9 @@ class Origin(NamedTuple):
     speed: Float[Array, ""]
     """First speed [rad/s or m/s]."""
     hyst: Float[Array, ""] | None
-    """First sigma_hyst of both sides; None: no muscle."""
+    """First sigma_hyst of both sides; None: no muscle, or a first tension says it."""
+    tension: Float[Array, ""] | None
+    """First tension of side A's muscle [N]."""
 
 
 class Inputs(NamedTuple):
@@ -128,7 +133,7 @@ def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
 def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
     """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
-        return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
+        return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None, None)
     nothing = jnp.zeros(lanes.run.shape)
     start = values.get(f"{regime}.start")
     start = nothing if start is None else start[lanes.run]
@@ -138,10 +143,10 @@ def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) ->
     place = values.get(f"{regime}.place")
     place = nothing if place is None else place[lanes.run]
     q, speed = lanes.output.beginning(lanes.scale * first, lanes.scale * slope, place)
-    lag, pull = values.get(f"{regime}.hyst_lag"), values.get(f"{regime}.hyst_pull")
-    lag = lag if pull is None else pull / values["stiffness_hyst"]
+    lag, force = values.get(f"{regime}.hyst_lag"), values.get(f"{regime}.first_force")
     hyst = None if lag is None else first_hyst(lag[lanes.run], values, lanes.tension)
-    return Origin(q, speed, hyst)
+    tension = None if force is None else lanes.tension + force[lanes.run]
+    return Origin(q, speed, hyst, tension)
 
 
 def heated(lane: Lanes, parts: Mapping[str, Array]) -> Lanes:
@@ -170,10 +175,14 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
     @jax.jit
     def simulate(inputs: Inputs, lane: Lanes) -> Response:
         plant = plant_of(lane.plant, inputs.physical, layout)
-        shown, speed, hyst = inputs.origin
-        both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
+        shown, speed, hyst, tension = inputs.origin
         lane = heated(lane, inputs.physical.parts)
         schedule = lane.schedule
+        if tension is not None and isinstance(muscle := plant.side_a, Muscle):
+            assert lane.imposed is not None, "where forces are measured"
+            hyst = muscle.hyst_under(tension, lane.imposed[0, 0], schedule.temperature[0, 0])
+            hyst = jnp.maximum(hyst, LEAST_SHARE * STRAIN_EPSILON)
+        both = jnp.zeros(2) if hyst is None else jnp.repeat(hyst, 2)
         q = plant.located(shown, both, schedule.first)
         if isinstance(lane.output, Temperature):
             response = lane.output.response(schedule)

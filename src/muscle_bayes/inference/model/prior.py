@@ -9,7 +9,6 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import GRAVITY, Friction
 from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.inference.model.muscle_prior import STIFFNESS
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.model.standardised_normal import standardised
 from muscle_bayes.inference.records.course import course_of
@@ -34,6 +33,8 @@ UNSTATED_TENSION = 3.0
 """Tension of a muscle under no stated load [N]: about that under which muscles are coiled."""
 FRICTION_SHARE = 0.05
 """Prior median of friction at typical speed, as a share of what drives the rotor."""
+FIRST_FORCE = 0.1
+"""Prior standard deviation of the first tension about its reading, as a share of the readings' range."""
 TAUT = 0.05
 """Least tension to which the taut strain refers, in typical ones."""
 FIRST_LAG = (0.005, 0.15)
@@ -137,15 +138,10 @@ def reference_tension(runs: Sequence[Run], size: Scales) -> float:
     return max(float(np.mean(first)), TAUT * size.tension) if first else size.tension
 
 
-def _first_lag_spread(runs: Sequence[Run], size: Scales) -> float:
-    """How far HYST may be from rest at the first row: about as far as the muscles move.
-
-    That of one that is held moves as its tension does, over the prior's stiffness.
-    """
-    moves = [float(np.ptp(strains(run))) for run in runs if has_muscle(run)]
-    pulls = [float(np.ptp(run.output)) for run in runs if run.measured == "force"]
-    swings = [pull / (STIFFNESS * size.tension) for pull in pulls]
-    return float(np.clip(max(moves + swings), *FIRST_LAG))
+def _first_lag_spread(runs: Sequence[Run]) -> float:
+    """How far HYST may be from rest at the first row: about as far as the muscles move."""
+    widest = max(float(np.ptp(strains(run))) for run in runs if has_muscle(run))
+    return float(np.clip(widest, *FIRST_LAG))
 
 
 def effect_sites(names: Sequence[str], size: Scales) -> dict[str, Site]:
@@ -216,14 +212,16 @@ def run_sites(
         sites["speed"] = Site(
             dist.Normal(slope, loose), f"{runs[0].unit}/s", "speed at the first row"
         )
-    if regime != "heated" and any(has_muscle(run) for run in runs):
-        spread, nothing = _first_lag_spread(runs, size), jnp.zeros(len(names))
-        under = "at the first row, less that at rest under the first tension read, or typical"
-        if regime == "imposed":
-            pull = dist.Normal(nothing, spread * STIFFNESS * size.tension)
-            sites["hyst_pull"] = Site(pull, "N", f"HYST's tension {under}")
-        else:
-            sites["hyst_lag"] = Site(dist.Normal(nothing, spread), "1", f"HYST's strain {under}")
+    if regime == "imposed" and all(run.metadata.element_a.kind == "muscle" for run in runs):
+        spread = np.array([FIRST_FORCE * float(np.ptp(run.output)) for run in runs])
+        meaning = "tension at the first row, less that read there: by it HYST begins"
+        sites["first_force"] = Site(dist.Normal(np.zeros(len(names)), spread), "N", meaning)
+    elif regime != "heated" and any(has_muscle(run) for run in runs):
+        sites["hyst_lag"] = Site(
+            dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs)),
+            "1",
+            "HYST's strain at the first row, less that at rest under typical tension",
+        )
     return sites
 
 

@@ -24,21 +24,14 @@ from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
-from muscle_bayes.physics.springs import tensile_strain
 
 
 def _resting_hyst(plant: Plant, q: Array, temperature: Array, load: Array):
     """sigma_hyst of side A's muscle with which it balances the load without friction."""
     muscle = plant.side_a
     assert isinstance(muscle, Muscle), "a slow run has its muscle on side A"
-    lever = muscle.linkage.lever(q)
-    tension = load * GRAVITY * plant.load_lever / lever
-    parameters = muscle.parameters
-    room = muscle.room_temperature
-    effective = room + muscle.heated_fraction * (temperature - room)
-    stiffness = muscle.base_length * parameters.K_modulus
-    stretch = tensile_strain(tension, stiffness, parameters.F_modulus_min)
-    return muscle.strain(q) - parameters.offset(effective) - stretch
+    tension = load * GRAVITY * plant.load_lever / muscle.linkage.lever(q)
+    return muscle.hyst_under(tension, q, temperature)
 
 
 def resting_starts(problem: Problem, draws: Draws) -> dict[str, Array]:

@@ -28,7 +28,8 @@ class Course(NamedTuple):
 def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """When a meter measured, and what: the log repeats each value until the next.
 
-    A meter changes its value somewhere between a row and the one before, on average half a row ago.
+    A meter that holds its value for several rows changes it somewhere between a row and the one before, on
+    average half a row ago; one with a new value in every row is read then.
     Repeats stand for measurements that gave the same value again, one every period (that of the
     changes in quick succession): spread over the time until the next change, they have no lag. Taking
     all rows would make the temperature lag by half a period, taking changes alone would tell of
@@ -49,7 +50,7 @@ def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     period = max(float(np.median(quick)) if quick.size else usual, usual)
     unsure = 0.5 * period if period > 1.5 * usual else 0.0
     dated = rows[first - 1] <= max(0.5 * period, 1.5 * usual)
-    came = time[first] - 0.5 * rows[first - 1]
+    came = time[first] - (0.5 * rows[first - 1] if unsure else 0.0)
     begun = np.r_[time[0], np.where(dated, came, np.nan)]
     ended = np.r_[np.where(dated, came, np.nan), np.nan]
     seen = time[np.r_[0, first]], time[np.r_[first, time.size] - 1]

@@ -45,6 +45,8 @@ def alternatives(
         for value in np.asarray(values)
     ]
     first = np.flatnonzero(np.char.endswith(names, ".hyst_lag"))
+    if not first.size:
+        return found
     begun = point[first]
     usual = begun[::-1] if first.size == 2 else np.full(first.size, np.median(begun))
     return found + [(int(e), float(v), 1.0) for e, v in zip(first, usual, strict=True)]

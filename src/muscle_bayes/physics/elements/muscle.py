@@ -8,7 +8,7 @@ from muscle_bayes.physics.effect import Effect, Signals
 from muscle_bayes.physics.elements.element import Element, Instant, through_port
 from muscle_bayes.physics.linkage import Linkage, Scalar
 from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.springs import tensile_spring
+from muscle_bayes.physics.springs import tensile_spring, tensile_strain
 
 
 class Muscle(Element):
@@ -26,6 +26,14 @@ class Muscle(Element):
 
     def strain(self, q: Scalar) -> Scalar:
         return (self.linkage.length(q) - self.base_length) / self.base_length
+
+    def hyst_under(self, tension: Scalar, q: Scalar, temperature: Scalar) -> Scalar:
+        """sigma_hyst with which the muscle, effects aside, pulls so much [N] at q and a temperature [C]."""
+        muscle, room = self.parameters, self.room_temperature
+        effective = room + self.heated_fraction * (temperature - room)
+        rigid = self.base_length * muscle.K_modulus
+        stretch = tensile_strain(tension, rigid, muscle.F_modulus_min)
+        return self.strain(q) - muscle.offset(effective) - stretch
 
     def _heated(self, now: Instant, effects: tuple[Effect, ...]) -> Signals:
         """What the effects see from which tension follows."""
