@@ -113,7 +113,7 @@ class Origin(NamedTuple):
     """First speed [rad/s or m/s]."""
     hyst: Float[Array, ""] | None
     """First sigma_hyst of both sides; None: no muscle, or a first tension says it."""
-    tension: Float[Array, ""] | None
+    tension: Float[Array, ""] | None = None
     """First tension of side A's muscle [N]."""
 
 
@@ -133,7 +133,7 @@ def zeros_of(values: Values, lanes: Lanes, regime: str, cut: bool) -> Array:
 def origins(values: Values, lanes: Lanes, data: Data, regime: str, cut: bool) -> Origin:
     """Start of every lane, from the per-run unknowns (or the pivot of a segment)."""
     if cut:
-        return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None, None)
+        return Origin(lanes.scale * lanes.pivot[:, 0], lanes.scale * lanes.pivot[:, 1], None)
     nothing = jnp.zeros(lanes.run.shape)
     start = values.get(f"{regime}.start")
     start = nothing if start is None else start[lanes.run]
