@@ -16,11 +16,11 @@ from muscle_bayes.inference.sampling.surrogate_transitions import Surrogate, swe
 SMOOTH = np.array([0, 2])
 
 
-def log_density(vector: jax.Array) -> jax.Array:
+def log_density(vector: jax.Array) -> tuple[jax.Array, jax.Array]:
     """A funnel with heavy tails: noise n ~ N(0, 1) at place 1, x ~ t_8(1 + n / 2, exp(n / 2))."""
     noise, x = vector[1], vector[SMOOTH]
     conditional = dist.StudentT(8.0, 1.0 + 0.5 * noise, jnp.exp(0.5 * noise))
-    return dist.Normal(0.0, 1.0).log_prob(noise) + conditional.log_prob(x).sum()
+    return dist.Normal(0.0, 1.0).log_prob(noise) + conditional.log_prob(x).sum(), x.sum()
 
 
 def surrogate(vector: jax.Array, off: float, width: float) -> Surrogate:
@@ -43,8 +43,8 @@ def test_moments_are_those_of_the_density_however_good_the_surrogate(off, width)
     directions = jnp.array([[0.0, 2.0, 0.0]])
 
     @jax.jit
-    def run(key: jax.Array) -> jax.Array:
-        def step(vector: jax.Array, key: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def run(key: jax.Array) -> tuple[jax.Array, jax.Array]:
+        def step(vector: jax.Array, key: jax.Array) -> tuple:
             found = sweep(
                 key,
                 vector,
@@ -55,11 +55,12 @@ def test_moments_are_those_of_the_density_however_good_the_surrogate(off, width)
                 steps=2,
                 moves=2,
             )
-            return found.vector, found.vector
+            return found.vector, (found.vector, found.extra)
 
         return jax.lax.scan(step, jnp.ones(3), jax.random.split(key, 20_000))[1]
 
-    drawn = np.asarray(run(jax.random.key(0)))
+    drawn, extra = map(np.asarray, run(jax.random.key(0)))
+    np.testing.assert_allclose(extra, drawn[:, SMOOTH].sum(1))
     assert not np.array_equal(drawn[0], drawn[-1])
     noise, x = drawn[:, 1], drawn[:, 2]
     variance_of_x = 8.0 / 6.0 * np.exp(0.5) + 0.25  # E exp(n), and the variance of the mean

@@ -122,18 +122,15 @@ def wall_update(model: CalibrationModel, slices: Slices, names: Sequence[str]) -
     return update
 
 
-def noise_update(model: CalibrationModel, slices: Slices) -> Update:
-    """Slices of the noise parameters of a model, on one prediction."""
+def noise_slices(model: CalibrationModel, slices: Slices) -> Callable[..., dict[str, Array]]:
+    """Slices of the noise parameters of a model: from key, values, prediction and data."""
     layout = model.problem.layout
     names = blocks_of([name for name, _ in layout.shapes]).noise
     regimes = tuple(dict.fromkeys(layout.regimes))
 
-    def update(
-        key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
+    def sliced(
+        key: Array, values: Mapping[str, Array], predicted: list[LanePrediction], data: Data
     ) -> dict[str, Array]:
-        values = {**others, **own}
-        predicted = predictions(values, layout, data)
-
         def with_noise(point: Array) -> dict[str, Array]:
             moved = dict(values)
             for regime, mixture in zip(regimes, point.reshape(-1, 3), strict=True):
@@ -151,6 +148,19 @@ def noise_update(model: CalibrationModel, slices: Slices) -> Update:
         steps = jnp.tile(jnp.asarray(directions), (slices.noise_rounds, 1))
         found = with_noise(slice_sweep(key, density, mixtures, steps).point)
         return {name: found[name] for name in names}
+
+    return sliced
+
+
+def noise_update(model: CalibrationModel, slices: Slices) -> Update:
+    """The same as a block of its own."""
+    sliced, layout = noise_slices(model, slices), model.problem.layout
+
+    def update(
+        key: Array, own: Mapping[str, Array], others: Mapping[str, Array], data: Data
+    ) -> dict[str, Array]:
+        values = {**others, **own}
+        return sliced(key, values, predictions(values, layout, data), data)
 
     return update
 

@@ -17,6 +17,7 @@ from muscle_bayes.inference.sampling.gibbs_blocks import (
     SliceBlock,
     Slices,
     blocks_of,
+    noise_slices,
     noise_update,
     wall_update,
 )
@@ -171,6 +172,7 @@ class LinearisedSteps:
             surrogate_of(layout, smooth, self.spread),
             smooth,
             self._noise_directions(layout),
+            noise_slices(model, self.slices),
             steps=self.steps,
             moves=self.moves,
         )

@@ -5,13 +5,18 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.infer.gibbs import GIBBS_SITES_KWARG
 from numpyro.infer.mcmc import MCMCKernel
 from numpyro.util import identity
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
-from muscle_bayes.inference.model.density import constrain, potential, unconstrain
+from muscle_bayes.inference.model.density import constrain, potential_given, unconstrain
+from muscle_bayes.inference.model.lane_model import LanePrediction, predictions
+from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
+from muscle_bayes.inference.sampling.slice_sampling import LogDensity
+from muscle_bayes.inference.search.tempering import entry_names
 
 
 class Surrogate(NamedTuple):
@@ -31,6 +36,8 @@ class Swept(NamedTuple):
 
     vector: Float[Array, " n"]
     log_density: Float[Array, ""]
+    extra: Any
+    """What else the density's function returned there."""
     acceptance: Float[Array, ""]
     """Mean probability of acceptance."""
 
@@ -38,7 +45,7 @@ class Swept(NamedTuple):
 def sweep(
     key: Array,
     vector: Float[Array, " n"],
-    log_density: Callable[[Array], Array],
+    log_density: LogDensity,
     surrogate: Callable[[Array], Surrogate],
     smooth: Int[Array, " m"],
     directions: Float[Array, "k n"],
@@ -65,7 +72,7 @@ def sweep(
     Args:
         key: random key.
         vector: where to start.
-        log_density: ln p of a vector.
+        log_density: ln p of a vector, and what else was computed there.
         surrogate: of a vector; it must not depend on the smooth entries.
         smooth: their places.
         directions: along which the noise moves, each with its largest scale.
@@ -87,7 +94,7 @@ def sweep(
         return (further, there, stays, first), None
 
     def step(now: tuple, one: tuple[Array, Array]) -> tuple[tuple, Array]:
-        place, near, _, weight = now
+        place, near, _, _, weight = now
         key, first = one
         key_noise, key_kind, key_size, key_kick, key_accept = jax.random.split(key, 5)
         stays = jax.random.bernoulli(key_kind, 0.25)
@@ -102,21 +109,21 @@ def sweep(
         u = jnp.sqrt(1.0 - size**2) * u + size * jax.random.normal(key_kick, u.shape)
         x = jnp.where(first, place[smooth], there_near.centre + there_near.root @ u)
         further = noisy.at[smooth].set(x)
-        there = log_density(further)
+        there, extra = log_density(further)
         there_weight = there - (there_near.log_marginal - 0.5 * u @ u - there_near.log_volume)
         there_weight = jnp.where(jnp.isnan(there_weight), -jnp.inf, there_weight)
         chance = jnp.exp(jnp.minimum(0.0, there_weight - weight))
         accepted = first | (jax.random.uniform(key_accept) < chance)
-        proposal = further, there_near, there, there_weight
+        proposal = further, there_near, there, extra, there_weight
         return _either(accepted, proposal, (place, near, *now[2:])), jnp.where(first, 0.0, chance)
 
     # The first look is at the present point: surrogate and density are compiled in one place only.
-    shapes = jax.eval_shape(surrogate, vector)
-    nothing = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes)
-    low = jnp.full((), -jnp.inf, vector.dtype)
+    seen = jax.eval_shape(lambda v: (surrogate(v), *log_density(v)), vector)
+    near, here, extra = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), seen)
+    begun = vector, near, here, extra, jnp.full((), -jnp.inf, vector.dtype)
     keys, looks = jax.random.split(key, steps + 1), jnp.arange(steps + 1) == 0
-    (vector, _, here, _), chances = jax.lax.scan(step, (vector, nothing, low, low), (keys, looks))
-    return Swept(vector, here, jnp.sum(chances) / steps)
+    (vector, _, here, extra, _), chances = jax.lax.scan(step, begun, (keys, looks))
+    return Swept(vector, here, extra, jnp.sum(chances) / steps)
 
 
 def _either[T](first: Array, one: T, other: T) -> T:
@@ -140,15 +147,18 @@ class SurrogateState(NamedTuple):
 
 
 class SurrogateTransitions(MCMCKernel):
-    """`sweep` over the smooth sites and the noise of a calibration model.
+    """`sweep` over the smooth sites and the noise of a calibration model, then slices of the noise.
 
-    The density is the model's, as `potential` has it for all its unconstrained sites.
+    The slices need no simulation: they are taken on the last prediction.
+
+    The density is the model's, as `potential_given` has it for all its unconstrained sites.
 
     Args:
         model: of the runs.
         surrogate: from the state's `about`, the unconstrained vector and the data.
         smooth: places of the smooth entries.
         directions, steps, moves: as in `sweep`.
+        slices: of the noise, from key, values, prediction and data.
     """
 
     sample_field = "z"
@@ -159,10 +169,12 @@ class SurrogateTransitions(MCMCKernel):
         surrogate: Callable[..., Surrogate],
         smooth: Int[Array, " m"],
         directions: Float[Array, "k n"],
+        slices: Callable[..., dict[str, Array]],
         *,
         steps: int,
         moves: int,
     ) -> None:
+        self._slices = slices
         self._model, self._layout = model, model.problem.layout
         self._surrogate = surrogate
         self._smooth, self._directions = smooth, directions
@@ -190,12 +202,17 @@ class SurrogateTransitions(MCMCKernel):
     def sample(self, state: SurrogateState, model_args: Any, model_kwargs: Any) -> SurrogateState:
         """One sweep."""
         (data,), layout = model_args, self._layout
-        key, key_sweep = jax.random.split(state.rng_key)
+        key, key_sweep, key_noise = jax.random.split(state.rng_key, 3)
         place = self._with_others(state, (model_kwargs or {}).get(GIBBS_SITES_KWARG, {}), data)
+
+        def log_density(vector: Array) -> tuple[Array, list[LanePrediction]]:
+            predicted = predictions(constrain(vector, layout, data), layout, data)
+            return -potential_given(predicted, vector, layout, data), predicted
+
         found = sweep(
             key_sweep,
             place,
-            lambda vector: -potential(vector, layout, data),
+            log_density,
             lambda vector: self._surrogate(state.about, vector, data),
             self._smooth,
             self._directions,
@@ -203,12 +220,16 @@ class SurrogateTransitions(MCMCKernel):
             moves=self._moves,
         )
         values = constrain(found.vector, layout, data)
+        values |= self._slices(key_noise, values, found.extra, data)
+        noise = unconstrain(values, layout, data)
+        sliced = np.isin(entry_names(layout), blocks_of([n for n, _ in layout.shapes]).noise)
+        vector = jnp.where(sliced, noise, found.vector)
         return SurrogateState(
             {name: values[name] for name in state.z},
-            found.vector,
+            vector,
             state.about,
             found.acceptance,
-            -found.log_density,
+            potential_given(found.extra, vector, layout, data),
             key,
         )
 
