@@ -53,7 +53,7 @@ class Effort:
     sampler: Sampler | None = None
     """How sites are sampled. None: by `LinearisedSteps`, unless a chain accepts fewer than
     `least_acceptance` of its proposals in warm-up; then with effects apart; last by `Nuts`."""
-    least_acceptance: float = 0.2
+    least_acceptance: float = 0.1
     """With which taking predictions as linear counts as good."""
     chunk: int = 25
     """Draws between two reports of progress."""
