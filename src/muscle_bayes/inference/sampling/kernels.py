@@ -154,7 +154,7 @@ class LinearisedSteps:
     """Largest scale of moves in log noise, log discrepancy and log correlation time."""
     apart: tuple[str, ...] = ()
     """Effects that are slice sampled as the minimum forces are: some act beyond a threshold only."""
-    slices: Slices = field(default_factory=Slices)
+    slices: Slices = field(default_factory=lambda: Slices(noise_rounds=2))
 
     statistics: ClassVar[dict[str, str]] = {
         "acceptance_rate": "accept_prob",
