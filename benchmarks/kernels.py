@@ -1,7 +1,7 @@
 """What surrogate transitions buy beside NUTS: effective sample size per CPU-second.
 
 `python -m benchmarks.kernels` draws the posteriors of the shipped springs and staircases by both, from one
-mode and with compiled code, and prints a table. The minimum forces and the noise are sliced by both alike.
+mode and with compiled code, and prints a table. The minimum forces are sliced by both alike.
 """
 
 import time
