@@ -21,13 +21,6 @@ def test_a_run_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_trial_of_nothing_is_refused(tmp_path: Path) -> None:
-    none = ["--single", "0", "--none", "0", "--outside", "0", "--pair", "0"]
-    found = CliRunner().invoke(app, ["trial", *none, "--out", str(tmp_path)])
-    assert found.exit_code == 2
-    assert "ask for at least one" in found.stderr
-
-
 @pytest.mark.slow
 def test_shipped_springs_lack_nothing(tmp_path: Path) -> None:
     report = tmp_path / "found.json"
