@@ -224,6 +224,8 @@ def force_and_position(seed: int = 0) -> Example:
 BASE, WARMEST = 0.1, 80.0
 SETTLED = 3000
 """Seconds for which a held muscle has been held before it is logged."""
+LEVELS = (0.0, 1.0, 0.3, 0.7, 0.0, 0.5, 1.0, 0.1, 0.6)
+"""To which a held muscle is heated, a minute each, as a share."""
 
 
 def _held(heat: Sequence[float], length: float) -> tuple[np.ndarray, dict[str, float]]:
@@ -247,8 +249,10 @@ def _held(heat: Sequence[float], length: float) -> tuple[np.ndarray, dict[str, f
 
 
 def isometric_muscle(seed: int = 0) -> Example:
-    time, length = np.arange(0, 240, 0.1), 1.2 * BASE
-    heat = 25.0 + (WARMEST - 25.0) * 0.5 * (1.0 - np.cos(2 * np.pi * time / 60.0))
+    time, length = np.arange(0, 480, 0.1), 1.2 * BASE
+    share = np.interp(np.mod(time / 60.0, 1.0), (0.2, 0.5), (0.0, 1.0))
+    levels, now = np.array(LEVELS), (time / 60.0).astype(int)
+    heat = 25.0 + (WARMEST - 25.0) * (levels[now] + share * (levels[now + 1] - levels[now]))
     tension, truth = _held(list(heat), length)
     return Example(
         "isometric-muscle",
@@ -264,8 +268,8 @@ def isometric_muscle(seed: int = 0) -> Example:
 
 
 def heater_power(seed: int = 0) -> Example:
-    time, length, rate, cooling = np.arange(0, 240, 0.1), 1.2 * BASE, 0.9, 30.0
-    power = np.where(np.mod(time, 60.0) < 30.0, 1.5, 0.2)
+    time, length, rate, cooling = np.arange(0, 480, 0.1), 1.2 * BASE, 0.9, 30.0
+    power = 1.8 * np.array(LEVELS)[(time / 60.0).astype(int)]
     tube, heat = HeaterTube(rate, cooling, 25.0), [25.0]
     for watts in power[:-1]:
         heat.append(tube.advance(255.0 * watts, 0.1))
