@@ -20,13 +20,15 @@ stage = [
   { duration = 10.0 },
   { setpoint_a = 90.0 },
   { setpoint_a = 25.0, duration = 120.0 },
+  { setpoint_a = 25.0, duration = 20.0, load = 0.166, pour_time = 4.0 },
   { setpoint_a = 25.0, duration = 20.0, load = 0.212, pour_time = 4.0 },
   { setpoint_a = 90.0 },
   { setpoint_a = 25.0, duration = 120.0 },
 ]
 """
 """Trained first, as every regime: a run that begins with a muscle nobody has stretched leaves so much open
-that no sampler finds its way. Two loads, so that modulus and hysteresis are told apart."""
+that no sampler finds its way. Three loads: with two, a stiff MODULUS that is shut under the lighter one
+explains as much as a soft one that is open."""
 SECOND = """
 [columns]
 time = "Time (s)"
