@@ -49,6 +49,8 @@ class Sampler(Protocol):
     """What a draw leaves, by ArviZ's name, and its field of the last block's state."""
     constrained: ClassVar[bool]
     """Whether that block is begun with values, rather than with unconstrained ones."""
+    recentred: ClassVar[bool]
+    """Whether half of the warm-up tells of a point that serves better than the mode."""
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""
@@ -92,6 +94,7 @@ class Nuts:
         "step_size": "adapt_state.step_size",
     }
     constrained: ClassVar[bool] = False
+    recentred: ClassVar[bool] = False
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         sites = self.blocks(model.problem.layout)
@@ -162,6 +165,7 @@ class LinearisedSteps:
         "place": "place",
     }
     constrained: ClassVar[bool] = True
+    recentred: ClassVar[bool] = True
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         layout = model.problem.layout

@@ -1,7 +1,6 @@
 """A surrogate of the posterior: the model's predictions taken as linear about a point."""
 
 from collections.abc import Callable
-from itertools import batched
 from typing import NamedTuple
 
 import jax
@@ -23,6 +22,10 @@ from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.sampling.surrogate_transitions import Surrogate
 from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.tempering import entry_names
+
+SHARES = (1.0, 0.1)
+"""Lengths of secants, in posterior standard deviations. Of each direction the flatter counts: a surrogate
+that is too wide has its proposals rejected, one that is too narrow keeps chains where they are."""
 
 
 class Linearised(NamedTuple):
@@ -55,11 +58,18 @@ def linearised(
         there[entries] += move
         return jax.device_get(expected_at(jnp.asarray(there), layout, data))
 
-    ends = side_by_side(expected, [*root.T, *-root.T], workers)
-    up, down = batched(ends, len(root))
+    moves = [share * way for share in SHARES for way in root.T]
+    ends = list(side_by_side(expected, [*moves, *(-move for move in moves)], workers))
+    up, down = ends[: len(moves)], ends[len(moves) :]
+    secants = [
+        [np.nan_to_num(0.5 * (a - b)) / share for a, b in zip(*pair, strict=True)]
+        for *pair, share in zip(up, down, np.repeat(SHARES, len(root)), strict=True)
+    ]
+    sizes = np.array([sum(float(np.sum(part**2)) for part in one) for one in secants])
+    chosen = np.argmin(sizes.reshape(len(SHARES), -1), axis=0) * len(root) + np.arange(len(root))
     changes = [
-        jnp.asarray(np.nan_to_num(0.5 * (np.stack(a, -1) - np.stack(b, -1))))
-        for a, b in zip(zip(*up, strict=True), zip(*down, strict=True), strict=True)
+        jnp.asarray(np.stack(parts, -1))
+        for parts in zip(*(secants[k] for k in chosen), strict=True)
     ]
     here = predictions_at(jnp.asarray(point), layout, data)
     return Linearised(jnp.asarray(point), jnp.asarray(root), jnp.linalg.inv(root), here, changes)

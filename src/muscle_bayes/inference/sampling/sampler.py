@@ -237,7 +237,18 @@ class _Chains:
 
     def warm_up(self, count: int) -> float:
         """Drop so many draws, and adapt to them; the least of the chains' mean acceptance probabilities."""
-        self._advance(count // 2, lambda: "warm-up")
+        if self._sampler.recentred:
+            self._advance(count // 2, lambda: "warm-up")
+            self._recentre()
+            count -= count // 2
+        self._advance(count, lambda: "warm-up")
+        statistics = _joined(self._rows).statistics
+        self._change_last(lambda block: self._sampler.warmed(block, statistics))
+        self._rows = []
+        return float(statistics["acceptance_rate"].mean(axis=1).min())
+
+    def _recentre(self) -> None:
+        """Drop what was drawn, and begin about a typical point of it."""
         vectors = self._drawn().vector
         typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
         smooth = self._sampler.blocks(self._problem.layout).smooth
@@ -245,11 +256,6 @@ class _Chains:
         prepared = self._sampler.prepared(normal, self._problem, self._workers)
         self._change_last(lambda block: self._sampler.begun(block, prepared))
         self._rows = []
-        self._advance(count - count // 2, lambda: "warm-up")
-        statistics = _joined(self._rows).statistics
-        self._change_last(lambda block: self._sampler.warmed(block, statistics))
-        self._rows = []
-        return float(statistics["acceptance_rate"].mean(axis=1).min())
 
     def _change_last(self, change: Callable[[Any], Any]) -> None:
         """Change the last block's state of all chains."""

@@ -61,9 +61,8 @@ def sweep(
     normal (preconditioned Crank-Nicolson). So they are carried along as noise makes their normal wider and
     moves it. Both leave the surrogate q as it is and are reversible: the step is accepted with probability
     min(1, p(x', n') q(x, n) / (p(x, n) q(x', n'))). It costs one value of the density p, and no gradient.
-    One step in four is near: the noise stays, and b is small, log-uniform down to `nearest`. Else the
-    noise moves, and sqrt(1 - b^2) is uniform on (0, 1). Far from where the surrogate holds only near
-    steps are accepted.
+    In one step in two the noise stays, and in half of these b is small, log-uniform down to `nearest`; else
+    sqrt(1 - b^2) is uniform on (0, 1). Far from where the surrogate holds, such steps alone are accepted.
 
     Sources: Liu, Monte Carlo Strategies in Scientific Computing (2001), section 9.4.3; Christen and Fox,
     J. Comput. Graph. Stat. 14 (2005), 795-810; Cotter, Roberts, Stuart and White, Statistical Science 28
@@ -97,13 +96,14 @@ def sweep(
         place, near, _, _, weight = now
         key, first = one
         key_noise, key_kind, key_size, key_kick, key_accept = jax.random.split(key, 5)
-        stays = jax.random.bernoulli(key_kind, 0.25)
+        kind = jax.random.uniform(key_kind)
+        stays, is_near = kind < 0.5, kind < 0.25
         begun = place, near, stays | first, first
         keys = jax.random.split(key_noise, moves)
         (noisy, there_near, *_), _ = jax.lax.scan(moved, begun, keys)
         near = _either(first, there_near, near)
         uniform = jax.random.uniform(key_size)
-        size = jnp.where(stays, nearest**uniform, jnp.sqrt(1.0 - uniform**2))
+        size = jnp.where(is_near, nearest**uniform, jnp.sqrt(1.0 - uniform**2))
         size = jnp.where(first, 0.0, size)
         u = near.inverse_root @ (place[smooth] - near.centre)
         u = jnp.sqrt(1.0 - size**2) * u + size * jax.random.normal(key_kick, u.shape)
