@@ -46,6 +46,19 @@ def test_the_density_is_that_of_the_dense_normal(parts) -> None:
     np.testing.assert_allclose(found, dense.logpdf(READING[seen]), rtol=1e-11)
 
 
+@pytest.mark.parametrize("parts", CASES.values(), ids=CASES)
+def test_sensitivities_are_what_errors_change_by(parts) -> None:
+    """Errors are linear in the prediction: two differ by the sensitivity to their difference."""
+    changes = np.random.default_rng(0).normal(size=(6, 3))
+    one = distribution(**parts)
+    found = one.sensitivities(jnp.asarray(changes))
+    before = one.innovations(jnp.asarray(READING)).errors
+    for column in range(3):
+        # A prediction that is higher makes readings lower beside it.
+        after = one.innovations(jnp.asarray(READING - changes[:, column])).errors
+        np.testing.assert_allclose(found[:, column], after - before, atol=1e-11)
+
+
 def test_densities_of_single_readings_add_up_and_what_is_not_observed_says_nothing() -> None:
     one = distribution(**CASES["both"])
     each = np.asarray(one.log_densities(jnp.asarray(READING)))

@@ -81,6 +81,7 @@ def test_one_posterior_by_either_sampler() -> None:
     careful = fit(runs, effort=Effort(**effort, least_acceptance=1.1))
     assert "diverging" not in quick.tree["sample_stats"]
     assert "diverging" in careful.tree["sample_stats"]
+    assert float(quick.tree["sample_stats"]["acceptance_rate"].mean()) > 0.3
     assert Nuts().statistics.keys() >= {"diverging", "step_size"}
     for name in ("J", "D"):
         ours, theirs = (one.tree["posterior"][name].to_numpy() for one in (quick, careful))

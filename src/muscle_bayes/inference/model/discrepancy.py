@@ -124,20 +124,33 @@ class OUDiscrepancy(dist.Distribution):
         """One-step-ahead errors of the readings, and their log density."""
         one = _innovations
         for _ in self.batch_shape:
-            one = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None))
+            one = jax.vmap(one, in_axes=(0, 0, None))
         residual = value - self.prediction
         for _ in range(residual.ndim - self.prediction.ndim):
-            one = jax.vmap(one, in_axes=(0, None, None, None, None, None, None))
-        parts = self.elapsed, self.white_variance, self.load_step, self.observed
-        return one(residual, *parts, self.basis, self.noise)
+            one = jax.vmap(one, in_axes=(0, None, None))
+        return one(residual, self._record, self.noise)
 
     def sensitivities(self, changes: Float[Array, "... n m"]) -> Float[Array, "... n m"]:
         """Change of the errors of `innovations` with changes of the prediction, the clock as it is."""
         one = _sensitivities
         for _ in self.batch_shape:
-            one = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None))
+            one = jax.vmap(one, in_axes=(0, 0, None))
+        return one(changes, self._record, self.noise)
+
+    @property
+    def _record(self) -> "_Record":
         parts = self.elapsed, self.white_variance, self.load_step, self.observed
-        return one(changes, *parts, self.basis, self.noise)
+        return _Record(*parts, self.basis)
+
+
+class _Record(NamedTuple):
+    """When a record's readings were taken, and how well; arguments of `OUDiscrepancy`."""
+
+    elapsed: Float[Array, "... n"]
+    white_variance: Float[Array, "... n"]
+    load_step: Float[Array, "... n"]
+    observed: Float[Array, "... n"]
+    basis: Float[Array, "... n k"] | None
 
 
 class Innovations(NamedTuple):
@@ -150,21 +163,23 @@ class Innovations(NamedTuple):
     """Log of the standard deviation by which they are standardised."""
 
 
+def _whitened(columns: Array, record: _Record, noise: NoiseParameters) -> tuple[Array, Array]:
+    """Whitened columns, those of the basis last, and the log scale of each reading."""
+    basis = record.basis
+    if basis is not None:
+        columns = jnp.concatenate([columns, jnp.where(jnp.isfinite(basis), basis, 0.0)], axis=1)
+    return whiten(columns, *record[:4], noise)
+
+
 def _innovations(
-    residual: Float[Array, " n"],
-    elapsed: Float[Array, " n"],
-    white_variance: Float[Array, " n"],
-    load_step: Float[Array, " n"],
-    observed: Float[Array, " n"],
-    basis: Float[Array, "n k"] | None,
-    noise: NoiseParameters,
+    residual: Float[Array, " n"], record: _Record, noise: NoiseParameters
 ) -> Innovations:
     """Of one record. Starts a ~ N(0, I): log N(z; 0, I + S S') with z, S the whitened columns."""
-    columns = _with_basis(jnp.where(jnp.isfinite(residual), residual, 0.0)[:, None], basis)
-    errors, log_scale = whiten(columns, elapsed, white_variance, load_step, observed, noise)
-    z, s = errors[:, 0], errors[:, 1:]
+    finite = jnp.where(jnp.isfinite(residual), residual, 0.0)
+    errors, log_scale = _whitened(finite[:, None], record, noise)
+    z, s, observed = errors[:, 0], errors[:, 1:], record.observed
     density = -0.5 * z**2 - log_scale - 0.5 * LOG_2PI * observed
-    if basis is not None:
+    if record.basis is not None:
         information, explained = _explained(z, s)
         volume = 0.5 * jnp.linalg.slogdet(information)[1]
         density += 0.5 * explained * z - volume * observed / jnp.maximum(observed.sum(), 1.0)
@@ -173,27 +188,12 @@ def _innovations(
 
 
 def _sensitivities(
-    changes: Float[Array, "n m"],
-    elapsed: Float[Array, " n"],
-    white_variance: Float[Array, " n"],
-    load_step: Float[Array, " n"],
-    observed: Float[Array, " n"],
-    basis: Float[Array, "n k"] | None,
-    noise: NoiseParameters,
+    changes: Float[Array, "n m"], record: _Record, noise: NoiseParameters
 ) -> Float[Array, "n m"]:
     """Of the errors of one record to its prediction."""
-    columns = _with_basis(-changes, basis)
-    errors, _ = whiten(columns, elapsed, white_variance, load_step, observed, noise)
+    errors, _ = _whitened(-changes, record, noise)
     z, s = errors[:, : changes.shape[1]], errors[:, changes.shape[1] :]
-    return z if basis is None else z - _explained(z, s)[1]
-
-
-def _with_basis(
-    columns: Float[Array, "n m"], basis: Float[Array, "n k"] | None
-) -> Float[Array, "n m_and_k"]:
-    if basis is None:
-        return columns
-    return jnp.concatenate([columns, jnp.where(jnp.isfinite(basis), basis, 0.0)], axis=1)
+    return z if record.basis is None else z - _explained(z, s)[1]
 
 
 def _explained(z: Array, s: Float[Array, "n k"]) -> tuple[Float[Array, "k k"], Array]:

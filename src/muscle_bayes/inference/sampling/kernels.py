@@ -1,12 +1,11 @@
 """The samplers' kernels, NumPyro's Gibbs of a block for each kind of site."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, Protocol
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpyro.infer import NUTS, Gibbs
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
@@ -22,24 +21,13 @@ from muscle_bayes.inference.sampling.gibbs_blocks import (
     wall_update,
 )
 from muscle_bayes.inference.sampling.linearised import Linearised, linearised, surrogate_of
+from muscle_bayes.inference.sampling.normal import Normal, entries_of
 from muscle_bayes.inference.sampling.surrogate_transitions import SurrogateTransitions
 from muscle_bayes.inference.search.tempering import entry_names
 
 SCHEDULE = 1000
 """Warm-up that NUTS is told of. Its first 75 draws adapt the step size alone and without a restart;
 ours is shorter and ends there."""
-
-
-class Normal(NamedTuple):
-    """The smooth sites, unconstrained, as the Fisher information at a point has them."""
-
-    names: tuple[str, ...]
-    """Site of each smooth entry."""
-    entries: Int[np.ndarray, " m"]
-    """Their places in the unconstrained vector."""
-    point: Float[np.ndarray, " n"]
-    """The whole vector: their mean, and where the other sites are."""
-    covariance: Float[np.ndarray, "m m"]
 
 
 class Sampler(Protocol):
@@ -211,11 +199,6 @@ class LinearisedSteps:
         self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
     ) -> Float[np.ndarray, "chain draw n"]:
         return statistics["place"]
-
-
-def entries_of(sites: Collection[str], layout: Layout) -> Int[np.ndarray, " m"]:
-    """Places of these sites in the unconstrained vector."""
-    return np.flatnonzero(np.isin(entry_names(layout), list(sites)))
 
 
 def _walls(

@@ -1,6 +1,6 @@
 """Draws from a posterior by NumPyro's MCMC, in rounds until the chains agree."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -17,20 +17,22 @@ from numpyro.util import identity
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
 from muscle_bayes.inference.model.density import constrain
-from muscle_bayes.inference.model.problem import Data, Layout, Problem
-from muscle_bayes.inference.running.programs import constrained, potential_at
+from muscle_bayes.inference.model.problem import Data, Problem
+from muscle_bayes.inference.running.programs import constrained
 from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.sampling.kernels import (
     SCHEDULE,
     LinearisedSteps,
-    Normal,
     Nuts,
     Sampler,
-    entries_of,
 )
-from muscle_bayes.inference.search.factored import FactoredPrecision
-from muscle_bayes.inference.search.mode import Mode, descended
-from muscle_bayes.inference.search.tempering import entry_names
+from muscle_bayes.inference.sampling.normal import (
+    dispersed,
+    entries_of,
+    normal_at,
+    normal_of_typical,
+)
+from muscle_bayes.inference.search.mode import Mode
 
 MAX_RHAT = 1.01
 
@@ -143,7 +145,7 @@ def _begin(
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
     smooth = sampler.blocks(layout).smooth
-    prepared = sampler.prepared(_normal(mode, layout, smooth), problem, workers)
+    prepared = sampler.prepared(normal_at(mode, layout, smooth), problem, workers)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
 
     @jax.jit
@@ -158,7 +160,7 @@ def _begin(
 
     states = []
     for key_chain in jax.random.split(key, chains):
-        place = _dispersed(rng, mode, entries_of(smooth, layout), problem)
+        place = dispersed(rng, mode, entries_of(smooth, layout), problem)
         state = first(key_chain, jnp.asarray(place), data)
         states.append(_with_last(state, sampler.begun(state.block_states[-1], prepared)))
     return states
@@ -172,45 +174,6 @@ def _with_last(state: GibbsState, block: Any) -> GibbsState:
 def _placed(states: list[GibbsState]) -> list[GibbsState]:
     """The states on a device, as those that compiled code returns: the same code then serves them."""
     return jax.device_put(states, jax.devices()[0])
-
-
-def _normal(mode: Mode, layout: Layout, smooth: Collection[str]) -> Normal:
-    """The normal approximation of the smooth sites."""
-    names, entries = np.array(entry_names(layout)), entries_of(smooth, layout)
-    covariance = FactoredPrecision(np.asarray(mode.information)[np.ix_(entries, entries)]).inverse()
-    return Normal(tuple(names[entries]), entries, np.asarray(mode.vector), covariance)
-
-
-def _normal_of_typical(
-    point: Float[np.ndarray, " n"], problem: Problem, smooth: Collection[str]
-) -> Normal:
-    """The normal approximation of the smooth sites where all others are as at a point.
-
-    At the mode of the joint density the noise is smaller than in most of the posterior, and so is the
-    spread of all that readings tell.
-    """
-    layout = problem.layout
-    others = np.setdiff1d(np.arange(point.size), entries_of(smooth, layout))
-    return _normal(descended(point, layout, problem.data, list(others)), layout, smooth)
-
-
-def _dispersed(
-    rng: np.random.Generator, mode: Mode, smooth: np.ndarray, problem: Problem
-) -> Float[np.ndarray, " n"]:
-    """A point about the mode, as wide as the Fisher information and not less likely than a draw.
-
-    From a far less likely one the minimum forces would be driven where they stay for long.
-    """
-    away = FactoredPrecision(np.asarray(mode.information)).spread(
-        rng.standard_normal(len(mode.vector))
-    )
-    for halving in range(8):
-        place = np.array(mode.vector)
-        place[smooth] += 0.5**halving * away[smooth]
-        value = potential_at(jnp.asarray(place), problem.layout, problem.data)
-        if value < mode.potential + place.size:
-            return place
-    return np.array(mode.vector)
 
 
 class _Chains:
@@ -252,7 +215,7 @@ class _Chains:
         vectors = self._drawn().vector
         typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
         smooth = self._sampler.blocks(self._problem.layout).smooth
-        normal = _normal_of_typical(typical, self._problem, smooth)
+        normal = normal_of_typical(typical, self._problem, smooth)
         prepared = self._sampler.prepared(normal, self._problem, self._workers)
         self._change_last(lambda block: self._sampler.begun(block, prepared))
         self._rows = []
