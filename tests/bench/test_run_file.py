@@ -44,9 +44,9 @@ def metadata():
 
 
 def test_row_in_the_header_s_order():
-    assert format_row(row(1)) == b"0.030,25.0,40.0,0,,0.0,1,1,513,,,,\n"
+    assert format_row(row(1)) == b"0.030,25.04,40.0,0,,0.0,1,1,513,,,,\n"
     told = row(1, duties=(200, 0), faults=5, fan=True)
-    assert format_row(told) == b"0.030,25.0,40.0,0,,0.0,1,1,513,200,0,5,1\n"
+    assert format_row(told) == b"0.030,25.04,40.0,0,,0.0,1,1,513,200,0,5,1\n"
     assert len(LOG_HEADER) == format_row(row(1)).count(b",") + 1
 
 

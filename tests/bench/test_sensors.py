@@ -231,6 +231,18 @@ def test_the_board_reads_its_thermometers(firmware, name):
         assert reading.temperatures == pytest.approx((31.0, 47.5), abs=0.45)
 
 
+@pytest.mark.parametrize("name", ["max31855", "max6675"])
+@pytest.mark.parametrize("shown", [(31.25, 47.75), (20.5, 99.0)])
+def test_quarters_of_a_degree_come_through_whole(firmware, name, shown):
+    """The board tells tenths, and rounds quarters up and down by turns."""
+    with SimulatedBench(seed=3, sensors=[name]) as bench:
+        bench.thermometers.forced = shown
+        devices = simulated_devices(bench)
+        devices.open()
+        bench.clock.sleep(1.5)
+        assert first_reading(devices.meter.device, bench.clock, 1.0).temperatures == shown
+
+
 @pytest.mark.parametrize("name", THERMOMETERS)
 def test_an_old_script_is_switched_off_by_the_boards_own_thermometer(firmware, name):
     with SimulatedBench(seed=4, sensors=[name]) as bench:

@@ -19,16 +19,16 @@ LOAD_STEP = np.array([0.0, 0.0, 0.0, 2.5, 0.0, 0.0])
 BASIS = np.array([[1.0, 0.0], [1.0, 0.1], [0.9, 0.4], [0.8, 0.9], [0.5, 1.4], [0.2, 2.0]])
 READING = np.array([0.5, -0.4, 99.0, 2.3, 99.0, 0.1])
 
-CASES = {"plain": {}, "load step": {"load_step": LOAD_STEP}, "basis": {"basis": BASIS}}
-CASES["both"] = {"load_step": LOAD_STEP, "basis": BASIS}
+CASES = {"plain": {}, "load step": {"added": LOAD_STEP}, "basis": {"basis": BASIS}}
+CASES["both"] = {"added": LOAD_STEP, "basis": BASIS}
 
 
-def covariance(load_step=None, basis=None, elapsed=ELAPSED) -> np.ndarray:
+def covariance(added=None, basis=None, elapsed=ELAPSED) -> np.ndarray:
     """As the class tells it; what a jump adds fades as the discrepancy does."""
     clock = np.cumsum(elapsed)
     fading = np.exp(-np.abs(clock[:, None] - clock) / NOISE.correlation_time)
     whole = NOISE.discrepancy**2 * fading + np.diag(WHITE)
-    for at, variance in enumerate(np.zeros(6) if load_step is None else load_step):
+    for at, variance in enumerate(np.zeros(6) if added is None else added):
         later = np.where(np.arange(6) >= at, fading[at], 0.0)
         whole += variance * np.outer(later, later)
     return whole if basis is None else whole + basis @ basis.T

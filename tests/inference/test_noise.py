@@ -13,6 +13,7 @@ from muscle_bayes.inference.model.noise import (
     AT_REST,
     REACH,
     NoiseParameters,
+    added_variance,
     elapsed_time,
     jolts_of,
     reading_variance,
@@ -39,8 +40,9 @@ def sawtooth_lanes():
     time = np.arange(90.0)
     plain = {name: np.ones((1, 90)) for name in ("weight", "reading")}
     jolted = np.where(time == 30.0, 4.0, 0.0)[None]
+    thermal = np.where(time > 50.0, 0.1, 0.02)[None]
     lanes = lanes._replace(
-        time=time[None], coarse=np.zeros((1, 90)), thermal=np.zeros((1, 90)), jolted=jolted, **plain
+        time=time[None], coarse=np.zeros((1, 90)), thermal=thermal, jolted=jolted, **plain
     )
     return lanes, time
 
@@ -82,54 +84,53 @@ def test_variance_of_a_mean_counts_quantisation_once_for_frozen_readings() -> No
 
 
 def test_the_clock_of_a_model_that_moves_far_is_time() -> None:
-    elapsed = elapsed_time(1e4 * TIME, TIME, CALM, NOISE, 1.0, "slow")
+    elapsed = elapsed_time(1e4 * TIME, TIME, CALM, CALM, NOISE, "slow")
     np.testing.assert_allclose(elapsed, ELAPSED, rtol=1e-6)
 
 
 def test_the_clock_of_a_model_at_rest_almost_stands_still() -> None:
-    elapsed = elapsed_time(np.full(TIME.size, 3.0), TIME, CALM, NOISE, 1.0, "slow")
+    elapsed = elapsed_time(np.full(TIME.size, 3.0), TIME, CALM, CALM, NOISE, "slow")
     np.testing.assert_allclose(elapsed, AT_REST * ELAPSED, rtol=1e-12)
 
 
 def test_the_clock_runs_at_half_speed_where_a_correlation_time_moves_by_the_discrepancy() -> None:
     speed = NOISE.discrepancy / NOISE.correlation_time
-    elapsed = elapsed_time(speed * TIME, TIME, CALM, NOISE, 1.0, "slow")
+    elapsed = elapsed_time(speed * TIME, TIME, CALM, CALM, NOISE, "slow")
     np.testing.assert_allclose(elapsed, (1 + AT_REST) / 2 * ELAPSED, rtol=1e-12)
 
 
 def test_only_slow_runs_wait_for_motion() -> None:
     resting = np.full(TIME.size, 3.0)
-    fast = elapsed_time(resting, TIME, CALM, NOISE, 1.0, "fast")
+    fast = elapsed_time(resting, TIME, CALM, CALM, NOISE, "fast")
     np.testing.assert_allclose(fast, ELAPSED, rtol=1e-12)
-    slow = elapsed_time(resting, TIME, CALM, NOISE, 1.0, "slow")
+    slow = elapsed_time(resting, TIME, CALM, CALM, NOISE, "slow")
     np.testing.assert_allclose(slow, AT_REST * ELAPSED, rtol=1e-12)
 
 
 def test_the_clock_is_smooth_where_the_model_rests() -> None:
     jolted = jnp.array([0.0, 4.0, 0.0, 0.0, 0.0, 0.0])
-    slope = jax.jacfwd(lambda x: elapsed_time(x, TIME, jolted, NOISE, 1.0, "slow"))
+    slope = jax.jacfwd(lambda x: elapsed_time(x, TIME, jolted, CALM, NOISE, "slow"))
     assert np.all(np.asarray(slope(jnp.full(TIME.size, 3.0))) == 0.0)
 
 
 def test_motion_undoes_a_jolt_within_its_reach_but_neither_rest_nor_the_jump_itself_do() -> None:
-    quantum, jolt = 2.0, 8.0
+    jolt = 8.0
     jolted = np.array([0.0, jolt, 0.0, 0.0, 0.0, 0.0])
     # A mean of readings during the jump, one after it, and the jump is over.
     jumped = np.array([0.0, 20.0, 40.0, 40.0, 40.0, 40.0])
-    rested = jolts_of(jumped, jolted, quantum)
+    rested = jolts_of(jumped, jolted)
     np.testing.assert_allclose(rested.way, 0.0, atol=1e-12)
     np.testing.assert_allclose(rested.left, jolt * np.array([0, 0, 1, 1, 1, 1]), rtol=1e-12)
-    moved = jumped + REACH * quantum * np.array([0.0, 0.0, 0.0, 0.5, 1.0, 3.0])
-    undone = jolts_of(moved, jolted, quantum)
+    moved = jumped + REACH * np.sqrt(jolt) * np.array([0.0, 0.0, 0.0, 0.5, 1.0, 3.0])
+    undone = jolts_of(moved, jolted)
     np.testing.assert_allclose(undone.way, [0, 0, 0, 0.5, 0.5, 2.0], rtol=0.03)
     np.testing.assert_allclose(
         undone.left, jolt * np.array([0, 0, 1, 1, np.exp(-1), np.exp(-2)]), rtol=0.05
     )
 
 
-@pytest.mark.parametrize("quantum", [0.0, 1.0])
-def test_where_nothing_was_jolted_motion_undoes_nothing(quantum) -> None:
-    assert np.all(np.asarray(jolts_of(50.0 * TIME, CALM, quantum).left) == 0.0)
+def test_where_nothing_was_jolted_motion_undoes_nothing() -> None:
+    assert np.all(np.asarray(jolts_of(50.0 * TIME, CALM).left) == 0.0)
 
 
 def test_a_jolt_keeps_the_clock_at_rest_until_motion_has_undone_it() -> None:
@@ -138,13 +139,13 @@ def test_a_jolt_keeps_the_clock_at_rest_until_motion_has_undone_it() -> None:
     time = np.arange(6.0)
     jolted = np.array([0.0, 4.0, 0.0, 0.0, 0.0, 0.0])
     creeping = 0.02 * time
-    jolts = jolts_of(creeping, jolted, 1.0)
-    slowly = np.asarray(time_in_motion(creeping, time, jolts, small))
-    freely = np.asarray(time_in_motion(creeping, time, jolts_of(creeping, CALM, 1.0), small))
+    jolts = jolts_of(creeping, jolted)
+    slowly = np.asarray(time_in_motion(creeping, time, jolts, CALM, small))
+    freely = np.asarray(time_in_motion(creeping, time, jolts_of(creeping, CALM), CALM, small))
     assert np.all(slowly[2:] < 0.06)
     assert np.all(freely[2:] > 0.9)
-    driven = np.array([0.0, 0.0, 0.0, REACH, 2.0 * REACH, 2.0 * REACH])
-    passed = time_in_motion(driven, time, jolts_of(driven, jolted, 1.0), small)
+    driven = 2.0 * REACH * np.array([0.0, 0.0, 0.0, 1.0, 2.0, 2.0])
+    passed = time_in_motion(driven, time, jolts_of(driven, jolted), CALM, small)
     # By way of two reaches the clock has gone on by two correlation times, and a little by itself.
     assert float(passed[3] + passed[4]) == pytest.approx(10.0, rel=0.25)
 
@@ -157,7 +158,7 @@ def test_readings_of_a_rotor_at_rest_tell_one_position_however_many_they_are() -
     parameters = NoiseParameters(0.01, 0.3, 0.5)
     shift = np.where(resting, 0.3, 0.0)[:, None]
     variance, calm = np.full(time.size, parameters.noise**2), np.zeros(time.size)
-    elapsed = elapsed_time(model, time, calm, parameters, 1.0, "slow")
+    elapsed = elapsed_time(model, time, calm, calm, parameters, "slow")
     lasting = whiten(jnp.asarray(shift), elapsed, variance, calm, np.ones(time.size), parameters)
     renewed = whiten(
         jnp.asarray(shift),
@@ -195,19 +196,20 @@ def test_a_jolt_leaves_the_position_open_until_the_model_has_moved_on() -> None:
 
 
 def test_drawn_disturbances_have_the_covariance_that_is_filtered(sawtooth_lanes) -> None:
-    """Of a rotor that moves, is jolted, rests and moves on: draws against the filter's variance."""
+    """Of a rotor that moves, is jolted, rests and moves on, under a thermometer that errs: draws against
+    the filter's variance."""
     lanes, time = sawtooth_lanes
     model = np.where(time < 30.0, 3.0 * time, np.where(time < 60.0, 90.0, 3.0 * time - 90.0))
     values = {f"slow.{key}": jnp.asarray(value) for key, value in NOISE._asdict().items()}
     keys = jax.random.split(jax.random.key(0), 4000)
     draw = jax.vmap(lambda key: disturbances(key, values, model[None], lanes, "slow")[0])
     drawn = np.asarray(draw(keys))
-    jolted, quantum = np.asarray(lanes.jolted[0]), float(lanes.quantum[0])
-    elapsed = np.asarray(elapsed_time(model, time, jolted, NOISE, quantum, "slow"))
-    spread, wanted = NOISE.discrepancy**2, []
-    for passed, jolt in zip(elapsed, jolted, strict=True):
+    jolted, thermal = np.asarray(lanes.jolted[0]), np.asarray(lanes.thermal[0])
+    elapsed = np.asarray(elapsed_time(model, time, jolted, thermal, NOISE, "slow"))
+    spread, wanted = NOISE.discrepancy**2 + thermal[0], []
+    for passed, jolt, error in zip(elapsed, jolted, thermal, strict=True):
         kept = np.exp(-2.0 * passed / NOISE.correlation_time)
-        spread = kept * spread + (1.0 - kept) * NOISE.discrepancy**2 + jolt
+        spread = kept * spread + (1.0 - kept) * (NOISE.discrepancy**2 + error) + jolt
         wanted.append(spread + NOISE.noise**2)
     np.testing.assert_allclose(drawn.var(axis=0), wanted, rtol=0.1)
     # The filter standardises what was drawn.
@@ -216,7 +218,7 @@ def test_drawn_disturbances_have_the_covariance_that_is_filtered(sawtooth_lanes)
             one[:, None],
             elapsed,
             np.full(time.size, NOISE.noise**2),
-            jolted,
+            np.asarray(added_variance(elapsed, jolted, thermal, NOISE)),
             np.ones(time.size),
             NOISE,
         ).errors[:, 0]

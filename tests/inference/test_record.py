@@ -12,7 +12,14 @@ from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.problem import pose
-from muscle_bayes.inference.records.record import JOLT, fast_record, segments, slow_record
+from muscle_bayes.inference.records.record import (
+    HAND,
+    JOLT,
+    SWINGS,
+    fast_record,
+    segments,
+    slow_record,
+)
 from muscle_bayes.inference.running.programs import solved_at
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
@@ -76,9 +83,27 @@ def test_a_jolt_leaves_the_rotor_s_position_open(sawtooth: Run) -> None:
     jolted = record.jolted > 0.0
     begins = record.schedule.time[:-1][jolted]
     np.testing.assert_allclose(begins, sawtooth.load_steps, atol=0.25)
-    for pour in (record.time < 1000.0, record.time > 1000.0):  # of the run's two
-        total = record.jolted[pour].sum()
-        np.testing.assert_allclose(total, JOLT * sawtooth.sensor.resolution**2)
+    steps = np.array(sawtooth.load_steps)
+    time, reading = (sawtooth.table[name].to_numpy() for name in ("time", "reading"))
+    for early in (True, False):  # the run's two pours
+        pour = steps[(steps < 1000.0) == early]
+        before = reading[(time > pour[0] - 2.0) & (time < pour[0])].mean()
+        after = reading[(time > pour[-1] + 2.0) & (time < pour[-1] + 4.0)].mean()
+        total = record.jolted[(record.time < 1000.0) == early].sum()
+        np.testing.assert_allclose(np.sqrt(total), JOLT * abs(after - before), rtol=0.05)
+
+
+def test_readings_do_not_count_while_a_hand_changes_the_load(sawtooth: Run) -> None:
+    """Until the rotor is at rest again; a load that was logged is known at any time."""
+    record = slow_record(sawtooth)
+    away = np.min(np.abs(record.time[:, None] - np.array(sawtooth.load_steps)), axis=1)
+    assert not record.weight[away < HAND].any()
+    assert np.mean(record.weight[away > SWINGS + 1.0] > 0.0) > 0.9
+    metadata = sawtooth.metadata.model_copy(update={"load": None})
+    logged = slow_record(Run(sawtooth.name, None, metadata, sawtooth.table))
+    np.testing.assert_allclose(logged.jolted.sum(), record.jolted.sum(), rtol=0.1)
+    jumps = np.min(np.abs(logged.time[:, None] - np.array(sawtooth.load_steps)), axis=1)
+    assert logged.weight[jumps < HAND].any()
 
 
 def test_peaks_of_temperature_survive(sawtooth: Run) -> None:

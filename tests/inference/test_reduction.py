@@ -57,7 +57,6 @@ def test_inertia_changes_no_shipped_slow_run_by_half_a_count(shipped: Problem) -
     for name, error in errors.items():
         # Where mass is poured the rotor swings, and sticks where the swing ends.
         assert error.rms < (0.45 if name == "sawtooth" else 0.2) < error.tolerance, name
-        assert error.tolerance == TOLERANCE
         assert error.largest < 4.0, name
 
 

@@ -12,7 +12,6 @@ from muscle_bayes.inference.model.temperature_errors import (
     with_temperature_errors,
 )
 from muscle_bayes.inference.records.thermometer import (
-    MOST_TOGETHER,
     course,
     course_variance,
     meter_noise,
@@ -47,14 +46,25 @@ def test_the_variance_of_the_course_is_that_of_repeated_logs() -> None:
     nodes = np.linspace(5.0, 55.0, 26)
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     drawn = np.array([course(ROWS, logged(seed), middles).value for seed in range(60)])
-    stated = course_variance(ROWS, logged(0), nodes)
+    stated = course_variance(ROWS, logged(0), middles)
     assert np.median(stated) == pytest.approx(np.mean(drawn.var(axis=0)), rel=0.35)
 
 
-def test_short_intervals_share_an_error() -> None:
-    coarse = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 11))
-    fine = course_variance(ROWS, logged(0), np.linspace(5.0, 55.0, 401))
-    assert np.median(fine) == pytest.approx(MOST_TOGETHER * np.median(coarse), rel=0.1)
+def test_rounding_errs_alike_as_long_as_one_value_is_shown() -> None:
+    """A meter without noise that drifts slowly past its steps is off by up to half a step, however often it
+    is read; one that passes them quickly errs less, as errors of many values are averaged."""
+    coarse = logged(0, noise=0.005, resolution=0.5)
+    quick, slow = course_variance(ROWS, coarse, np.array([8.0, 115.0]))
+    assert slow == pytest.approx(0.5**2 / 12.0, rel=0.25)
+    assert quick < 0.5 * slow
+
+
+def test_the_course_does_not_climb_the_stairs_of_a_meter_that_rounds() -> None:
+    """While a temperature falls, its course does, though the meter shows one value for seconds."""
+    at = np.arange(70.0, 115.0, 0.25)
+    found = course(ROWS, logged(1, noise=0.01, resolution=0.5), at)
+    assert np.all(np.diff(found.value) < 0.0)
+    assert np.sqrt(np.mean((found.value - truth(at)) ** 2)) < 0.06
 
 
 def test_a_temperature_that_never_changes_has_none() -> None:

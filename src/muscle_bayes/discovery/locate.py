@@ -13,6 +13,7 @@ from scipy.stats import gumbel_r, norm
 from muscle_bayes.discovery.conditions import Trace, is_settled, traces, where
 from muscle_bayes.discovery.fit import Fitted, Search, noise_names
 from muscle_bayes.discovery.nominal import error_of_reading, noise_of_reading
+from muscle_bayes.inference.model.likelihood import lasting_variance
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
 from muscle_bayes.inference.search.factored import FactoredPrecision
@@ -125,8 +126,8 @@ def locate(search: Search, fitted: Fitted, *, replicates: int = 400) -> MisfitMa
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
     whole = max(every, sum(found.excess(index).sum() for index in chosen), 1e-12)
-    thermal = np.concatenate([np.asarray(one.thermal).ravel() for one in judged.data.lanes])
-    error = np.sqrt(error_of_reading(search) ** 2 + thermal)
+    lasting = [np.ravel(np.asarray(lasting_variance(one))) for one in judged.data.lanes]
+    error = np.sqrt(error_of_reading(search) ** 2 + np.concatenate(lasting))
     windows = tuple(_told(nested, lines, found, index, whole, error) for index in chosen)
     return MisfitMap(windows, float(found.p_value.min()), every, tuple(lines))
 

@@ -18,6 +18,8 @@ AGE: Final = {"max6675": 0.125, "max31855": 0.09}
 """s since the middle of the conversion that a look of the board finds; next to nothing of a thermistor. A
 MAX6675 converts, 0.17 to 0.22 s long, once it has been read: the look comes 0.22 s after the conversion's
 beginning. A MAX31855 converts on and on, 0.07 to 0.1 s long: what is found ended half a conversion ago."""
+STEP: Final = {"max31855": 0.25, "max6675": 0.25}
+"""C between the values of a chip. The board tells tenths, each of which is that of one value alone."""
 
 
 class BoardMeter:
@@ -45,6 +47,7 @@ class BoardMeter:
 
         self._age = AGE.get(name, 0.0)
         self.moved_within = MOVED_WITHIN.get(name, 0.25)
+        self._step = STEP.get(name)
 
     def poll(self) -> None:
         """Raises MeterError where the board is away."""
@@ -52,7 +55,8 @@ class BoardMeter:
         try:
             board.collect()
             if (shown := board.take_temperatures()) is not None:
-                self.latest = Reading(self._clock.now(), shown, self._asked)
+                values = self._exact(shown[0]), self._exact(shown[1])
+                self.latest = Reading(self._clock.now(), values, self._asked)
             if self._clock.now() >= self._due:
                 self._asked = self._clock.now() - self._age
                 self._due = self._clock.now() + PERIOD
@@ -62,6 +66,12 @@ class BoardMeter:
 
     def close(self) -> None:
         """The line is the board's."""
+
+    def _exact(self, told: float | None) -> float | None:
+        """What a chip showed [C], from the tenths that the board tells."""
+        if told is None or self._step is None:
+            return told
+        return round(told / self._step) * self._step
 
     def _board(self) -> Board:
         if self._heater.device is None:

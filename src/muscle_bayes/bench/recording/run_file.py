@@ -301,4 +301,6 @@ def free_name(folder: Path, name: str) -> str:
 
 
 def _celsius(value: float | None) -> str:
-    return "" if value is None else f"{value + 0.0:.1f}"
+    """Tenths, or hundredths where a value has them."""
+    text = "" if value is None else f"{value + 0.0:.2f}"
+    return text.removesuffix("0")

@@ -31,7 +31,7 @@ class OUDiscrepancy(dist.Distribution):
         white_variance: of the white noise and the quantisation of each reading [unit^2].
         observed: 1 where a reading was taken, 0 where not (padding).
         noise: `discrepancy` [unit] and `correlation_time` [s].
-        load_step: variance that a jump of the load adds to the discrepancy [unit^2].
+        added: variance that enters the discrepancy besides, by jumps of the load say [unit^2].
         basis: sensitivity of the readings to unknown starts, shape (n, k), or None.
 
     Example:
@@ -49,7 +49,7 @@ class OUDiscrepancy(dist.Distribution):
         "white_variance",
         "observed",
         "noise",
-        "load_step",
+        "added",
         "basis",
     )
 
@@ -60,7 +60,7 @@ class OUDiscrepancy(dist.Distribution):
         white_variance: Float[Array, " n"],
         observed: Float[Array, " n"],
         noise: NoiseParameters,
-        load_step: Float[Array, " n"] | None = None,
+        added: Float[Array, " n"] | None = None,
         basis: Float[Array, "n k"] | None = None,
         *,
         validate_args: bool | None = None,
@@ -68,7 +68,7 @@ class OUDiscrepancy(dist.Distribution):
         self.prediction, self.elapsed = prediction, elapsed
         self.white_variance, self.observed = white_variance, observed
         self.noise, self.basis = noise, basis
-        self.load_step = jnp.zeros_like(prediction) if load_step is None else load_step
+        self.added = jnp.zeros_like(prediction) if added is None else added
         super().__init__(
             batch_shape=jnp.shape(prediction)[:-1],
             event_shape=jnp.shape(prediction)[-1:],
@@ -88,7 +88,7 @@ class OUDiscrepancy(dist.Distribution):
             state = decay * state + jnp.sqrt((1.0 - decay**2) * size**2 + added) * kick
             return state, state
 
-        spread = jnp.broadcast_to(fade, shape), kicks, jnp.broadcast_to(self.load_step, shape)
+        spread = jnp.broadcast_to(fade, shape), kicks, jnp.broadcast_to(self.added, shape)
         first = jax.random.normal(key_first, shape[:-1]) * size
         _, slow = jax.lax.scan(step, first, tuple(jnp.moveaxis(x, -1, 0) for x in spread))
         white = jnp.sqrt(self.white_variance) * jax.random.normal(key_white, shape)
@@ -106,7 +106,7 @@ class OUDiscrepancy(dist.Distribution):
             self.white_variance[chosen],
             self.observed[chosen],
             self.noise,
-            self.load_step[chosen],
+            self.added[chosen],
             None if self.basis is None else self.basis[chosen],
             validate_args=False,
         )
@@ -139,7 +139,7 @@ class OUDiscrepancy(dist.Distribution):
 
     @property
     def _record(self) -> "_Record":
-        parts = self.elapsed, self.white_variance, self.load_step, self.observed
+        parts = self.elapsed, self.white_variance, self.added, self.observed
         return _Record(*parts, self.basis)
 
 
@@ -148,7 +148,7 @@ class _Record(NamedTuple):
 
     elapsed: Float[Array, "... n"]
     white_variance: Float[Array, "... n"]
-    load_step: Float[Array, "... n"]
+    added: Float[Array, "... n"]
     observed: Float[Array, "... n"]
     basis: Float[Array, "... n k"] | None
 

@@ -8,13 +8,30 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.discrepancy import OUDiscrepancy
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values
-from muscle_bayes.inference.model.noise import NoiseParameters, elapsed_time, reading_variance
+from muscle_bayes.inference.model.noise import (
+    NoiseParameters,
+    added_variance,
+    elapsed_time,
+    reading_variance,
+)
 from muscle_bayes.inference.model.problem import Lanes
 
 
 def noise_of(values: Values, regime: str) -> NoiseParameters:
     """Noise parameters of a regime."""
     return NoiseParameters(*(values[f"{regime}.{key}"] for key in NoiseParameters._fields))
+
+
+SWING_UNSURE = 0.5
+"""Share of what inertia adds to slow motion that is uncertain: it depends on details of the drive."""
+
+
+def lasting_variance(lane: Lanes) -> Float[Array, "*lane interval"]:
+    """Variance of the readings by errors that last as long as the rotor rests [log's unit^2].
+
+    Of the temperature, and of the swings of a rotor that turns back or stops.
+    """
+    return lane.thermal + (SWING_UNSURE * lane.swing) ** 2
 
 
 class _Parts(NamedTuple):
@@ -24,7 +41,7 @@ class _Parts(NamedTuple):
     elapsed: Float[Array, "*lane interval"]
     white_variance: Float[Array, "*lane interval"]
     observed: Float[Array, "*lane interval"]
-    load_step: Float[Array, "*lane interval"]
+    added: Float[Array, "*lane interval"]
     basis: Float[Array, "*lane interval 2"] | None
 
 
@@ -32,12 +49,14 @@ def _parts(
     lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> _Parts:
     reading = jnp.where(jnp.isfinite(prediction.reading), prediction.reading, 0.0)
+    lasting = lasting_variance(lane)
+    elapsed = elapsed_time(reading, lane.time, lane.jolted, lasting, noise, regime)
     return _Parts(
         _expected(lane, zero, prediction),
-        elapsed_time(reading, lane.time, lane.jolted, noise, lane.quantum, regime),
-        reading_variance(noise, lane.weight, lane.coarse, lane.quantum) + lane.thermal,
+        elapsed,
+        reading_variance(noise, lane.weight, lane.coarse, lane.quantum),
         (lane.weight > 0).astype(lane.reading.dtype),
-        lane.jolted,
+        added_variance(elapsed, lane.jolted, lasting, noise),
         prediction.reach,
     )
 

@@ -31,57 +31,60 @@ AT_REST = 0.01
 
 
 SMOOTH = 0.01
-"""Way, in REACH, below which its size is rounded off."""
-REACH = 2.0
-"""Quanta that the model moves while a jolt fades to 1/e: about as far as jolted rotors come to rest off."""
+"""Way, in reaches of a jolt, below which its size is rounded off."""
+REACH = 2.0**0.5
+"""Standard deviations of a jolt that the model moves while it fades to 1/e."""
 
 
 class Jolts(NamedTuple):
     """What jumps of the load have added to the discrepancy, and the model's motion undoes."""
 
     way: Float[Array, " interval"]
-    """By which the model moves up to each reading, other than by a jump of the load, in REACH quanta."""
+    """By which the model moves up to each reading, other than by a jump of the load, in reaches."""
     left: Float[Array, " interval"]
     """Variance that is left from before each interval [log's unit^2]."""
 
 
-def jolts_of(
-    predicted: Float[Array, " interval"], jolted: Float[Array, " interval"], quantum: Scalar
-) -> Jolts:
+def jolts_of(predicted: Float[Array, " interval"], jolted: Float[Array, " interval"]) -> Jolts:
     """Jolts of these variances [log's unit^2], each of which fades by exp(-2 way).
 
     Wherever a jolted rotor stuck, once it is driven on for as far as it was off, it is where friction
-    has it.
+    has it. So the way counts in REACH standard deviations of the last jolt.
     """
-    reach = REACH * jnp.where(quantum > 0.0, quantum, 1.0)
-    moved = jnp.diff(predicted, prepend=predicted[:1]) / reach
+    moved = jnp.diff(predicted, prepend=predicted[:1])
     # Means of the interval after a jump, too, differ from those before by the jump.
     jumped = (jolted > 0.0) | (jnp.roll(jolted, 1).at[0].set(0.0) > 0.0)
-    way = jnp.where(jumped, 0.0, jnp.sqrt(moved**2 + SMOOTH**2) - SMOOTH)
 
-    def step(added, now):
-        further, jolt = now
-        return jnp.exp(-2.0 * further) * added + jolt, added
+    def step(now, one):
+        added, last = now
+        moved, jumped, jolt = one
+        reach = REACH * jnp.sqrt(jnp.where(last > 0.0, last, 1.0))
+        way = jnp.sqrt((moved / reach) ** 2 + SMOOTH**2) - SMOOTH
+        way = jnp.where(jumped | (last == 0.0), 0.0, way)
+        left = jnp.exp(-2.0 * way) * added + jolt
+        return (left, jnp.where(jolt > 0.0, left, last)), (way, added)
 
-    return Jolts(way, jax.lax.scan(step, jnp.zeros(()), (way, jolted))[1])
+    nothing = jnp.zeros(())
+    return Jolts(*jax.lax.scan(step, (nothing, nothing), (moved, jumped, jolted))[1])
 
 
 def time_in_motion(
     predicted: Float[Array, " interval"],
     time: Float[Array, " interval"],
     jolts: Jolts,
+    lasting: Float[Array, " interval"],
     parameters: NoiseParameters,
 ) -> Float[Array, " interval"]:
     """Time by which the discrepancy's clock goes on up to each reading [s]; 0 up to the first.
 
     A rotor that friction holds keeps the error with which it stopped, however long: the clock runs
     at m^2 / (m^2 + d^2 + v), m being how far the model moves per correlation time, d the size of the
-    discrepancy and v what jolts have added to its variance, and at AT_REST at least. Motion that undoes
-    a jolt makes it run by way v / (v + d^2) correlation times more.
+    discrepancy and of other errors that last, and v what jolts have added, and at AT_REST at least.
+    Motion that undoes a jolt makes it run by way v / (v + d^2) correlation times more.
     """
     gaps = jnp.diff(time, prepend=time[:1])
     moved = jnp.diff(predicted, prepend=predicted[:1])
-    stationary = parameters.discrepancy**2
+    stationary = parameters.discrepancy**2 + lasting
     period = jnp.where(gaps > 0.0, gaps, 1.0) / parameters.correlation_time
     still = (stationary + jolts.left) * period**2
     running = gaps * (AT_REST + (1.0 - AT_REST) * moved**2 / (moved**2 + still))
@@ -93,8 +96,8 @@ def elapsed_time(
     predicted: Float[Array, " interval"],
     time: Float[Array, " interval"],
     jolted: Float[Array, " interval"],
+    lasting: Float[Array, " interval"],
     parameters: NoiseParameters,
-    quantum: Scalar,
     regime: str,
 ) -> Float[Array, " interval"]:
     """The discrepancy's time up to each reading [s]: in motion where the run is slow.
@@ -102,8 +105,23 @@ def elapsed_time(
     A rotor that swings is at rest at every turn, and keeps nothing there.
     """
     if regime == "slow":
-        return time_in_motion(predicted, time, jolts_of(predicted, jolted, quantum), parameters)
+        return time_in_motion(predicted, time, jolts_of(predicted, jolted), lasting, parameters)
     return jnp.diff(time, prepend=time[:1])
+
+
+def added_variance(
+    elapsed: Float[Array, " interval"],
+    jolted: Float[Array, " interval"],
+    lasting: Float[Array, " interval"],
+    parameters: NoiseParameters,
+) -> Float[Array, " interval"]:
+    """Variance that enters the discrepancy up to each reading [log's unit^2].
+
+    Jolts, and errors that last (`lasting_variance`): as motion renews the discrepancy, so it renews these.
+    A rotor that turns back and rests keeps the error of the temperature at which it did.
+    """
+    renewed = -jnp.expm1(-2.0 * elapsed / parameters.correlation_time)
+    return jolted + renewed.at[0].set(1.0) * lasting
 
 
 def reading_variance(

@@ -83,7 +83,7 @@ class Lanes(NamedTuple):
     heat_variance: Float[Array, "lane interval 2"]
     """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
     thermal: Float[Array, "lane interval"]
-    """What that adds to the variance of readings at the mode [log's unit^2]."""
+    """What that adds to the variance of the discrepancy at the mode [log's unit^2]."""
     swing: Float[Array, "lane interval"]
     """What inertia adds to slow motion at the mode [log's unit]; 0 where it is not left out."""
     deceleration: Float[Array, "lane node 2"]

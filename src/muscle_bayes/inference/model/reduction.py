@@ -28,9 +28,10 @@ from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
 from muscle_bayes.physics.response import Response
 
-TOLERANCE = 0.5
-"""Largest RMS distance of a reduced run from one with full inertia, in the sensor's resolution or the
-standard deviation of the run's misfit, whichever is larger."""
+TOLERANCE, SHARE = 0.5, 0.02
+"""Largest RMS distance of a reduced run from one with full inertia: in the sensor's resolution or the
+standard deviation of the run's misfit, or in the standard deviation of its readings, whichever is larger.
+Swings so small depend on the drive's details, which no thermometer tells."""
 SWING_STEP = 0.4
 """Steps with full inertia, in radians of the rotor's swing: half of it changes no distance by 1 %."""
 LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
@@ -211,7 +212,10 @@ def with_swings(problem: Problem, values: Values) -> Problem:
                 errors[run.name] = ReductionError(
                     rms=float(np.sqrt(np.mean(away**2))),
                     largest=float(np.max(np.abs(away))),
-                    tolerance=TOLERANCE * max(run.sensor.resolution, float(misfit)),
+                    tolerance=max(
+                        TOLERANCE * max(run.sensor.resolution, float(misfit)),
+                        SHARE * float(run.table["reading"].std()),
+                    ),
                 )
         solved = np.isfinite(swing).all(axis=1, keepdims=True)
         parts.append(lanes._replace(swing=jnp.asarray(np.where(solved, swing, 0.0))))

@@ -24,7 +24,8 @@ from muscle_bayes.inference.running.programs import (
     predictions_at,
     unconstrained,
 )
-from muscle_bayes.inference.sampling.sampler import MAX_RHAT, Draws
+from muscle_bayes.inference.sampling.draws import Draws
+from muscle_bayes.inference.sampling.sampler import MAX_RHAT
 from muscle_bayes.provenance import LIBRARIES
 
 STATISTICS = ("diverging", "n_steps", "acceptance_rate", "energy")

@@ -9,8 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from muscle_bayes.inference.model.likelihood import noise_of
-from muscle_bayes.inference.model.noise import NoiseParameters, elapsed_time, reading_variance
+from muscle_bayes.inference.model.likelihood import lasting_variance, noise_of
+from muscle_bayes.inference.model.noise import (
+    NoiseParameters,
+    added_variance,
+    elapsed_time,
+    reading_variance,
+)
 from muscle_bayes.inference.model.problem import Lanes, Problem
 from muscle_bayes.inference.running.batches import of_draws
 from muscle_bayes.inference.running.program import program
@@ -68,8 +73,9 @@ def disturbances(
     """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
     noise: NoiseParameters = noise_of(values, regime)
     key_lasting, key_white = jax.random.split(key)
+    unsure = lasting_variance(lanes)
     elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
-        predicted, lanes.time, lanes.jolted, quantum=lanes.quantum
+        predicted, lanes.time, lanes.jolted, unsure
     )
     fade = jnp.exp(-elapsed / noise.correlation_time)
     kicks = jax.random.normal(key_lasting, lanes.time.shape)
@@ -81,9 +87,9 @@ def disturbances(
         state = decay * state + jnp.sqrt(spread) * kick
         return state, state
 
-    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T, lanes.jolted.T))
+    added = jax.vmap(added_variance, (0, 0, 0, None))(elapsed, lanes.jolted, unsure, noise)
+    _, lasting = jax.lax.scan(step, first, (fade.T, kicks.T, added.T))
     variance = reading_variance(noise, lanes.weight, lanes.coarse, lanes.quantum[:, None])
-    variance = variance + lanes.thermal
     return lasting.T + jnp.sqrt(variance) * jax.random.normal(key_white, lanes.time.shape)
 
 

@@ -26,9 +26,11 @@ SLOW_SHORTEST = 0.25
 """Shortest interval of a slow run, s."""
 PAUSE = 3.0
 """Rows farther apart than this many usual distances have a gap between them."""
-JOLT, POUR = 2.0, 10.0
-"""Variance that a change of the load adds to a slow run's discrepancy, in squared quanta, and how near to
-each other jumps are parts of one change [s]."""
+JOLT, POUR = 0.05, 10.0
+"""Standard deviation of where a rotor comes to rest after a change of the load, in its way there, and how
+near to each other jumps are parts of one change [s]."""
+HAND, SWINGS = 0.1, 2.0
+"""How exactly it is known when a load changed [s], and for how long the rotor swings after that [s]."""
 AFTER_JUMP = 1e-3
 """Length of the interval in which the rotor slides after the load has jumped, s."""
 JUMP, MOST_JUMPS = 0.1, 100
@@ -84,7 +86,7 @@ class Record(NamedTuple):
     deceleration: Float[Array, "node 2"]
     """How heating or cooling of both sides slows down towards a turn [C/s^2]; 0 of fast runs."""
     heat_variance: Float[Array, "interval 2"]
-    """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
+    """Variance of the temperature of both sides [C^2]."""
     imposed: Float[Array, "interval 2"] | None = None
     """Mean coordinate [rad or m] and speed that are imposed; None where the plant moves by itself."""
 
@@ -246,19 +248,39 @@ def _centred(
     return moved
 
 
-def _jolted(begins: np.ndarray, load: np.ndarray, resolution: float) -> np.ndarray:
+def _changes(jumps: np.ndarray) -> list[np.ndarray]:
+    """Times at which the load jumps [s], those of one change together."""
+    return np.split(jumps, np.flatnonzero(np.diff(jumps) >= POUR) + 1) if jumps.size else []
+
+
+def _jolted(nodes: np.ndarray, load: np.ndarray, mean: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Variance that jumps of the load add to the discrepancy in each interval [log's unit^2].
 
     A jolted rotor swings and comes to rest anywhere within friction's reach, by details that nobody
     logs, as how water was poured. There it stays until heat drives it on.
     """
-    jumps = np.abs(np.diff(load, prepend=load[:1]))
-    jumped = np.flatnonzero(jumps)
+    sizes = np.abs(np.diff(load, prepend=load[:1]))
+    begins, ends = nodes[:-1], nodes[1:]
     jolted = np.zeros(load.size)
-    for one in jumped:
-        near = jumped[np.abs(begins[jumped] - begins[one]) < POUR]
-        jolted[one] = JOLT * resolution**2 * jumps[one] / jumps[near].sum()
+    for jumps in _changes(begins[sizes > 0.0]):
+        before = np.flatnonzero(seen & (ends <= jumps[0]))
+        after = np.flatnonzero(seen & (begins >= jumps[-1] + SWINGS))
+        if before.size and after.size:
+            parts = (begins >= jumps[0]) & (begins <= jumps[-1])
+            moved = mean[after[0]] - mean[before[-1]]
+            jolted[parts] = (JOLT * moved) ** 2 * sizes[parts] / sizes[parts].sum()
     return jolted
+
+
+def _by_hand(run: Run) -> Float[np.ndarray, "change 2"]:
+    """Spans in which a hand changes the load, and the rotor swings after that [s].
+
+    Nobody logs how it did so, and when exactly: readings do not count there.
+    """
+    if run.metadata.load is None:
+        return np.zeros((0, 2))
+    jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
+    return np.array([(one[0] - HAND, one[-1] + SWINGS) for one in _changes(jumps)]).reshape(-1, 2)
 
 
 def _slowing(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
@@ -269,12 +291,13 @@ def _slowing(run: Run, side: str, nodes: np.ndarray) -> np.ndarray:
 
 def _heat_variance(run: Run, nodes: np.ndarray) -> Float[np.ndarray, "interval 2"]:
     """Variance of both sides' temperature in each interval; 0 of a side without a muscle."""
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
     sides = []
     for side in "ab":
         values = run.table[f"temperature_{side}"].to_numpy()
         muscle = getattr(run.metadata, f"element_{side}").kind == "muscle"
         if muscle and heating(run, side) is None:
-            sides.append(course_variance(run.heat_time, values, nodes))
+            sides.append(course_variance(run.heat_time, values, middles))
         else:
             sides.append(np.zeros(nodes.size - 1))
     return np.stack(sides, 1)
@@ -287,7 +310,11 @@ def slow_record(run: Run) -> Record:
     jumps = np.array([jump for jump in run.load_steps if 0.0 < jump < run.duration])
     after = time[_switched(run) + 1]
     heats = (after, after + AFTER_JUMP) if _is_held(run, "power") else (time[_switched(run)], after)
-    nodes = np.unique(np.concatenate([nodes, jumps, jumps + AFTER_JUMP, *heats, *_pauses(time)]))
+    by_hand = _by_hand(run)
+    spans = by_hand[(by_hand > 0.0) & (by_hand < run.duration)]
+    nodes = np.unique(
+        np.concatenate([nodes, jumps, jumps + AFTER_JUMP, spans, *heats, *_pauses(time)])
+    )
     size = nodes.size - 1
     owner = np.clip(np.searchsorted(nodes, time, side="right") - 1, 0, size - 1)
     temperature = np.stack([_heat_at(run, side, nodes) for side in "ab"], 1)
@@ -297,7 +324,8 @@ def slow_record(run: Run) -> Record:
     applied = np.interp(middles, middles[np.isfinite(applied)], applied[np.isfinite(applied)])
     mean_time, mean, weight, coarse = _observations(run, owner, size)
     mean = _centred(mean_time, mean, weight, coarse, middles)
-    jolted = _jolted(nodes[:-1], load, run.output_sensor.resolution)
+    for begin, end in by_hand:
+        weight = np.where((middles > begin) & (middles < end), 0.0, weight)
     schedule = Schedule(nodes, temperature, load, applied)
     slowing = np.stack([_slowing(run, side, nodes) for side in "ab"], 1)
     begin = run.table["reading"].to_numpy()[time <= time[0] + FIRST_SECONDS]
@@ -308,7 +336,7 @@ def slow_record(run: Run) -> Record:
         reading=mean,
         weight=weight,
         coarse=coarse,
-        jolted=jolted,
+        jolted=_jolted(nodes, load, mean, weight > 0),
         start_reading=first,
         start_speed=0.0,
         deceleration=slowing,
@@ -488,7 +516,8 @@ def segments(run: Run, record: Record) -> list[Record]:
             record.schedule.applied[steps],
         )
         time, reading = record.time[steps], record.reading[steps]
-        weight, coarse, jolted = record.weight[steps], record.coarse[steps], record.jolted[steps]
+        weight, coarse = record.weight[steps], record.coarse[steps]
+        jolted = record.jolted[steps]
         near = slice(first, min(first + 8, last))
         slope, value = np.polyfit(record.time[near] - nodes[first], shown[near], 1)
         start = float(value), float(slope)

@@ -73,6 +73,25 @@ def updates(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return instants[logged], values[np.r_[0, first]][owner][logged]
 
 
+def _shown(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Instants at which a meter's updates change, from the first update to the last."""
+    changes = np.flatnonzero(np.diff(values)) + 1
+    return np.r_[time[0], 0.5 * (time[changes] + time[changes - 1]), time[-1]]
+
+
+def _half_widths(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Updates within this of an instant tell its temperature, s.
+
+    WINDOW, or as far as slow meters need. Where a value is shown again and again, as far as those before
+    and after it are: else a temperature that drifts past a meter's steps would climb stairs.
+    """
+    shown = _shown(time, values)
+    number = np.searchsorted(shown, at, side="right") - 1
+    begun, ended = (shown[np.clip(number + k, 0, shown.size - 1)] for k in (-1, 2))
+    slow = 0.5 * LEAST_READINGS * float(np.median(np.diff(time)))
+    return np.maximum(np.minimum(at - begun, ended - at), max(WINDOW, slow))
+
+
 def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
     """Local quadratic regression of the updates, with Epanechnikov weights.
 
@@ -82,12 +101,12 @@ def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
     line = np.interp(at, time, values)
     if time.size < LEAST_READINGS:
         return Course(line, np.zeros(at.size), np.zeros(at.size))
-    width = max(WINDOW, 0.5 * LEAST_READINGS * float(np.median(np.diff(time))))
+    width = _half_widths(time, values, at)
     first, last = np.searchsorted(time, at - width), np.searchsorted(time, at + width)
     members = first[:, None] + np.arange(max(int((last - first).max()), 1))
     inside = members < last[:, None]
     members = np.minimum(members, time.size - 1)
-    x = np.where(inside, (time[members] - at[:, None]) / width, 0.0)
+    x = np.where(inside, (time[members] - at[:, None]) / width[:, None], 0.0)
     weight = np.where(inside, np.maximum(1.0 - x**2, 1e-6), 0.0)
     powers = np.stack([np.ones_like(x), x, x**2], axis=-1)
     moments = np.einsum("nk,nki,nkj->nij", weight, powers, powers)
@@ -121,8 +140,6 @@ def deceleration(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nda
 EQUIVALENT = 1.25
 """Integral of the squared equivalent kernel of local quadratic regression with Epanechnikov weights.
 Source: Fan and Gijbels, Local Polynomial Modelling and Its Applications (1996), table 3.3."""
-MOST_TOGETHER = 4.0
-"""Intervals over which an error lasts count as at most this many."""
 
 
 def meter_noise(time: np.ndarray, values: np.ndarray) -> float:
@@ -132,30 +149,35 @@ def meter_noise(time: np.ndarray, values: np.ndarray) -> float:
     rounding to the finest step between values. 0 of a temperature that never changes.
     """
     _, seen = updates(time, values)
-    levels = np.unique(seen)
-    if levels.size < 3:
-        return 0.0
-    rounding = float(np.min(np.diff(levels))) / np.sqrt(12.0)
     third = np.diff(seen, 3)
     spread = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0) if third.size else 0.0
-    return max(spread, rounding)
+    rounding = _rounding(seen)
+    return max(spread, rounding) if rounding else 0.0
+
+
+def _rounding(seen: np.ndarray) -> float:
+    """Standard deviation of rounding to the finest step between a meter's values [C]."""
+    levels = np.unique(seen)
+    return float(np.min(np.diff(levels))) / np.sqrt(12.0) if levels.size >= 3 else 0.0
 
 
 def course_variance(
-    time: np.ndarray, values: np.ndarray, nodes: np.ndarray
-) -> Float[np.ndarray, " interval"]:
-    """Variance of `course` in each interval between nodes, as independent from one to the next [C^2].
+    time: np.ndarray, values: np.ndarray, at: np.ndarray
+) -> Float[np.ndarray, " instant"]:
+    """Variance of `course` at some instants [C^2].
 
-        var = s^2 R / (m h)
+        var = s^2 S(p) + r^4 / s^2 (S(t) - S(p)),      S(x) = min(1, R x / h)
 
-    s: `meter_noise`; m: updates a second; h: half width of the window. An error lasts for h, over several
-    short intervals: each counts for as many.
+    s: `meter_noise`; p: time between updates; h: half width of the window. Where noise is large, every
+    update has another error r of rounding; without noise it lasts for t, as long as a value is shown.
     """
-    when, _ = updates(time, values)
-    if when.size < LEAST_READINGS:
-        return np.zeros(nodes.size - 1)
-    period = float(np.median(np.diff(when)))
-    width = max(WINDOW, 0.5 * LEAST_READINGS * period)
-    smoothed = meter_noise(time, values) ** 2 * EQUIVALENT * period / width
-    together = np.clip(width / np.maximum(np.diff(nodes), 1e-9), 1.0, MOST_TOGETHER)
-    return together * smoothed
+    when, seen = updates(time, values)
+    noise, rounding = meter_noise(time, values), _rounding(seen)
+    if when.size < LEAST_READINGS or not rounding:
+        return np.zeros(at.size)
+    shown, width = _shown(when, seen), _half_widths(when, seen, at)
+    number = np.searchsorted(shown, at, side="right") - 1
+    lasts = np.diff(shown)[np.clip(number, 0, shown.size - 2)]
+    brief = np.minimum(EQUIVALENT * float(np.median(np.diff(when))) / width, 1.0)
+    long = np.maximum(np.minimum(EQUIVALENT * lasts / width, 1.0), brief)
+    return noise**2 * brief + rounding**4 / noise**2 * (long - brief)

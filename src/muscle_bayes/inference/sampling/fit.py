@@ -26,7 +26,8 @@ from muscle_bayes.inference.records.open_delay import with_open_delay
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.running.programs import constrained_at
-from muscle_bayes.inference.sampling.sampler import Draws, Effort, draw
+from muscle_bayes.inference.sampling.draws import Draws
+from muscle_bayes.inference.sampling.sampler import Effort, draw
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.pivots import pivoted
 

@@ -1,37 +1,15 @@
-"""Draws from a posterior by NumPyro's MCMC, in rounds until the chains agree."""
+"""Draws from a posterior, in rounds until the chains agree."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, NamedTuple
 
 import arviz as az
-import jax
-import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Float
-from numpyro import distributions as dist
-from numpyro.infer import MCMC, Gibbs
-from numpyro.infer.gibbs import GibbsState
-from numpyro.util import identity
+from jaxtyping import Array
 
-from muscle_bayes.inference.model.calibration_model import CalibrationModel
-from muscle_bayes.inference.model.density import constrain
-from muscle_bayes.inference.model.problem import Data, Problem
-from muscle_bayes.inference.running.programs import constrained
-from muscle_bayes.inference.running.side_by_side import side_by_side
-from muscle_bayes.inference.sampling.kernels import (
-    SCHEDULE,
-    LinearisedSteps,
-    Nuts,
-    Sampler,
-)
-from muscle_bayes.inference.sampling.normal import (
-    dispersed,
-    entries_of,
-    normal_at,
-    normal_of_typical,
-)
+from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.sampling.chains import Chains
+from muscle_bayes.inference.sampling.draws import Draws, worst_rhat
+from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
 from muscle_bayes.inference.search.mode import Mode
 
 MAX_RHAT = 1.01
@@ -53,200 +31,18 @@ class Effort:
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
-    """How sites are sampled. None: by `LinearisedSteps`, unless a chain accepts fewer than
-    `least_acceptance` of its proposals in warm-up; then with effects apart; last by `Nuts`."""
-    least_acceptance: float = 0.1
-    """With which taking predictions as linear counts as good."""
+    """How sites are sampled. None: by `LinearisedSteps`; where chains of it are still far from each other
+    after the first draws, with effects apart; then by `Nuts`."""
+    far_apart: float = 1.3
+    """R-hat of the first draws above which another sampler is tried."""
     chunk: int = 25
     """Draws between two reports of progress."""
-
-
-class Draws(NamedTuple):
-    """What the chains did after warm-up."""
-
-    vector: Float[np.ndarray, "chain draw n"]
-    """Unconstrained."""
-    values: Float[np.ndarray, "chain draw n"]
-    """The sampled quantities themselves."""
-    statistics: dict[str, np.ndarray]
-    """Of the smooth block, by ArviZ's names, chain and draw axes leading."""
-
-    @property
-    def divergences(self) -> int:
-        """How many transitions diverged; none do without gradients."""
-        return int(self.statistics.get("diverging", np.zeros(())).sum())
 
 
 def agree(draws: Draws, effort: Effort) -> bool:
     """Whether rank-normalised R-hat and bulk ESS of every sampled quantity are good enough."""
     ess = az.ess(az.convert_to_datatree({"v": draws.values}).posterior)["v"]
     return worst_rhat(draws) <= effort.max_rhat and bool(ess.min() >= effort.min_ess)
-
-
-def worst_rhat(draws: Draws) -> float:
-    """The largest rank-normalised R-hat of the sampled quantities."""
-    return float(az.rhat(az.convert_to_datatree({"v": draws.values}).posterior)["v"].max())
-
-
-def _note(draws: Draws) -> str:
-    """How the chains do so far, for whoever follows the progress."""
-    return f"{draws.divergences} divergences, R-hat {worst_rhat(draws):.3f}"
-
-
-class _Rows(NamedTuple):
-    """What draws of one chain leave."""
-
-    z: dict[str, Array]
-    """As the kernel's blocks hold them."""
-    statistics: dict[str, Array]
-
-
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _advance(
-    kernel: Gibbs, sampler: Sampler, count: int, state: GibbsState, data: Data
-) -> tuple[GibbsState, _Rows]:
-    """`count` draws of one chain by `numpyro.infer.MCMC`.
-
-    Compiled as a whole, for `MCMC.run` alone compiles its loop anew at every call.
-    """
-    mcmc = MCMC(
-        kernel, num_warmup=0, num_samples=count, progress_bar=False, postprocess_fn=identity
-    )
-    mcmc.post_warmup_state = state
-    last = len(state.block_states) - 1
-    fields = {name: f"block_states.{last}.{key}" for name, key in sampler.statistics.items()}
-    mcmc.run(state.rng_key, data, extra_fields=tuple(fields.values()))
-    found = mcmc.get_extra_fields()
-    statistics = {name: found[field] for name, field in fields.items()}
-    return mcmc.last_state, _Rows(mcmc.get_samples(), statistics)
-
-
-_KERNELS: dict[Any, Gibbs] = {}
-
-
-def _kernel(problem: Problem, sampler: Sampler) -> Gibbs:
-    """Made once for all problems that share compiled code."""
-    names = tuple(run.name for run in problem.runs)
-    key = problem.layout, problem.lane_runs, names, jax.tree.structure(problem.data), sampler
-    if key not in _KERNELS:
-        _KERNELS[key] = sampler.kernel(CalibrationModel(problem))
-    return _KERNELS[key]
-
-
-def _begin(
-    key: Array,
-    kernel: Gibbs,
-    mode: Mode,
-    problem: Problem,
-    sampler: Sampler,
-    chains: int,
-    workers: int,
-) -> list[GibbsState]:
-    """First states of all chains: about the mode, as wide as its Fisher information."""
-    layout, data = problem.layout, problem.data
-    smooth = sampler.blocks(layout).smooth
-    prepared = sampler.prepared(normal_at(mode, layout, smooth), problem, workers)
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
-
-    @jax.jit
-    def first(key: Array, place: Array, data: Data) -> GibbsState:
-        values = constrain(place, layout, data)
-        if not sampler.constrained:
-            values |= {
-                name: dist.biject_to(data.priors[name].support).inv(values[name]) for name in smooth
-            }
-        # The first sweep computes the density: none is needed here, and none is compiled.
-        return kernel.init(key, SCHEDULE, values, (data,), {"predict": False})
-
-    states = []
-    for key_chain in jax.random.split(key, chains):
-        place = dispersed(rng, mode, entries_of(smooth, layout), problem)
-        state = first(key_chain, jnp.asarray(place), data)
-        states.append(_with_last(state, sampler.begun(state.block_states[-1], prepared)))
-    return states
-
-
-def _with_last(state: GibbsState, block: Any) -> GibbsState:
-    """The state with another one of its last block."""
-    return state._replace(block_states=(*state.block_states[:-1], block))
-
-
-def _placed(states: list[GibbsState]) -> list[GibbsState]:
-    """The states on a device, as those that compiled code returns: the same code then serves them."""
-    return jax.device_put(states, jax.devices()[0])
-
-
-class _Chains:
-    """Chains side by side, and what they drew."""
-
-    def __init__(
-        self,
-        key: Array,
-        mode: Mode,
-        problem: Problem,
-        effort: Effort,
-        sampler: Sampler,
-        workers: int,
-        report: Callable[[int, int, str], None],
-    ) -> None:
-        self._kernel = _kernel(problem, sampler)
-        states = _begin(key, self._kernel, mode, problem, sampler, effort.chains, workers)
-        self._states = _placed(states)
-        self._sampler, self._problem, self._chunk = sampler, problem, effort.chunk
-        self._workers, self._report = workers, report
-        self._done, self._planned = 0, effort.warmup + effort.draws
-        self._rows: list[list[_Rows]] = []
-        report(0, self._planned, "compiling")
-
-    def warm_up(self, count: int) -> float:
-        """Drop so many draws, and adapt to them; the least of the chains' mean acceptance probabilities."""
-        if self._sampler.recentred:
-            self._advance(count // 2, lambda: "warm-up")
-            self._recentre()
-            count -= count // 2
-        self._advance(count, lambda: "warm-up")
-        statistics = _joined(self._rows).statistics
-        self._change_last(lambda block: self._sampler.warmed(block, statistics))
-        self._rows = []
-        return float(statistics["acceptance_rate"].mean(axis=1).min())
-
-    def _recentre(self) -> None:
-        """Drop what was drawn, and begin about a typical point of it."""
-        vectors = self._drawn().vector
-        typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
-        smooth = self._sampler.blocks(self._problem.layout).smooth
-        normal = normal_of_typical(typical, self._problem, smooth)
-        prepared = self._sampler.prepared(normal, self._problem, self._workers)
-        self._change_last(lambda block: self._sampler.begun(block, prepared))
-        self._rows = []
-
-    def _change_last(self, change: Callable[[Any], Any]) -> None:
-        """Change the last block's state of all chains."""
-        states = [_with_last(one, change(one.block_states[-1])) for one in self._states]
-        self._states = _placed(states)
-
-    def go_on(self, count: int) -> Draws:
-        """All draws, after so many more."""
-        self._advance(count, lambda: _note(self._drawn()))
-        return self._drawn()
-
-    def _drawn(self) -> Draws:
-        return _draws(self._rows, self._problem, self._sampler)
-
-    def _advance(self, count: int, note: Callable[[], str]) -> None:
-        for _ in range(-(-count // self._chunk)):
-            # The first chain compiles what the others share.
-            alone = [self._one(self._states[0])] if self._done == 0 else []
-            rest = self._states[len(alone) :]
-            results = [*alone, *side_by_side(self._one, rest, self._workers)]
-            self._states = [state for state, _ in results]
-            self._rows.append([rows for _, rows in results])
-            self._done += self._chunk
-            self._report(self._done, max(self._planned, self._done), note())
-
-    def _one(self, state: GibbsState) -> tuple[GibbsState, _Rows]:
-        state, rows = _advance(self._kernel, self._sampler, self._chunk, state, self._problem.data)
-        return state, jax.device_get(rows)
 
 
 def draw(
@@ -270,14 +66,21 @@ def draw(
             R-hat so far.
     """
 
-    def begin(sampler: Sampler) -> _Chains:
-        return _Chains(key, mode, problem, effort, sampler, workers, report)
+    def begin(sampler: Sampler) -> Chains:
+        return Chains(
+            key,
+            mode,
+            problem,
+            sampler,
+            count=effort.chains,
+            planned=effort.warmup + effort.draws,
+            chunk=effort.chunk,
+            workers=workers,
+            report=report,
+        )
 
-    for sampler in [effort.sampler] if effort.sampler else _samplers(problem):
-        chains = begin(sampler)
-        if chains.warm_up(effort.warmup) >= effort.least_acceptance:
-            break
-    draws = chains.go_on(effort.draws)
+    samplers = [effort.sampler] if effort.sampler else _samplers(problem)
+    draws, chains = first_to_mix((begin(one) for one in samplers), effort)
     for _ in range(effort.rounds):
         if agree(draws, effort):
             break
@@ -285,33 +88,21 @@ def draw(
     return draws
 
 
+def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains]:
+    """First draws, and the chains that go on: the first that come near each other, or else the nearest."""
+    begun = []
+    for chains in tried:
+        chains.warm_up(effort.warmup)
+        draws = chains.go_on(effort.draws)
+        begun.append((worst_rhat(draws), draws, chains))
+        if begun[-1][0] <= effort.far_apart:
+            break
+    _, draws, chains = min(begun, key=lambda one: one[0])
+    return draws, chains
+
+
 def _samplers(problem: Problem) -> list[Sampler]:
     """In the order in which they are tried."""
     effects = problem.layout.effects
     apart: list[Sampler] = [LinearisedSteps(apart=tuple(effects))] if effects else []
     return [LinearisedSteps(), *apart, Nuts()]
-
-
-def _joined(chunks: list[list[_Rows]]) -> _Rows:
-    """Draws of all chains, chain and draw axes leading."""
-    chains = [jax.tree.map(lambda *x: np.concatenate(x), *own) for own in zip(*chunks, strict=True)]
-    return jax.tree.map(lambda *x: np.stack(x), *chains)
-
-
-def _draws(chunks: list[list[_Rows]], problem: Problem, sampler: Sampler) -> Draws:
-    values, statistics = _joined(chunks)
-    vector = sampler.vectors(values, statistics, problem.layout)
-    return Draws(vector, _sampled(vector, problem, len(chunks)), statistics)
-
-
-def _sampled(
-    vector: Float[np.ndarray, "chain draw n"], problem: Problem, chunks: int
-) -> Float[np.ndarray, "chain draw n"]:
-    """The quantities of unconstrained draws, chunk after chunk: one program serves any number."""
-    found = []
-    for piece in np.split(vector, chunks, axis=1):
-        flat = piece.reshape(-1, piece.shape[2])
-        values = constrained(flat, problem.layout, problem.data)
-        whole = [np.asarray(value).reshape(*piece.shape[:2], -1) for value in values.values()]
-        found.append(np.concatenate(whole, axis=2))
-    return np.concatenate(found, axis=1)

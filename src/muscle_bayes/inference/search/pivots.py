@@ -37,7 +37,7 @@ def _starts_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[_
             variance = reading_variance(noise, lane.weight, lane.coarse, lane.quantum)
             seen = (lane.weight > 0).astype(lane.reading.dtype)
             columns = jnp.concatenate([(lane.reading - reading)[:, None], reach], axis=1)
-            elapsed = elapsed_time(reading, lane.time, lane.jolted, noise, lane.quantum, regime)
+            elapsed = elapsed_time(reading, lane.time, lane.jolted, lane.thermal, noise, regime)
             errors, _ = whiten(columns, elapsed, variance, lane.jolted, seen, noise)
             z, s = errors[:, 0], errors[:, 1:]
             away = (lane.pivot - lane.start) / lane.start_spread
