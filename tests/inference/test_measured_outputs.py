@@ -12,7 +12,7 @@ from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.summary import summarise
-from muscle_bayes.inference.records.record import fast_record
+from muscle_bayes.inference.records.fast import fast_record
 
 HEAD = 'format = 1\nprotocol = "PROTOCOL"\norigin = "synthetic"\n[columns]\ntime = "t"\n'
 SPRING = '[fixture]\nmotion = "linear"\n[element_a]\nkind = "spring"\nlinkage = "straight"\n'

@@ -12,14 +12,9 @@ from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.lane_model import predictions
 from muscle_bayes.inference.model.problem import pose
-from muscle_bayes.inference.records.record import (
-    HAND,
-    JOLT,
-    SWINGS,
-    fast_record,
-    segments,
-    slow_record,
-)
+from muscle_bayes.inference.records.fast import fast_record, segments
+from muscle_bayes.inference.records.load_changes import HAND, JOLT, SWINGS
+from muscle_bayes.inference.records.slow import slow_record
 from muscle_bayes.inference.running.programs import solved_at
 
 DATA = Path(__file__).parents[2] / "data" / "plain"

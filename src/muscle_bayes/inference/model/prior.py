@@ -12,8 +12,9 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.site import Site
 from muscle_bayes.inference.model.standardised_normal import standardised
 from muscle_bayes.inference.records.course import course_of
+from muscle_bayes.inference.records.heat import heating
 from muscle_bayes.inference.records.parts import HEATERS, parts_of
-from muscle_bayes.inference.records.record import Record, heating
+from muscle_bayes.inference.records.record import Record
 from muscle_bayes.inference.records.rig import (
     driving_force,
     has_muscle,

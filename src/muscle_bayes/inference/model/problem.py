@@ -18,9 +18,11 @@ from muscle_bayes.inference.model.chosen_priors import with_priors
 from muscle_bayes.inference.model.muscle_prior import muscle_sites
 from muscle_bayes.inference.model.priors import Priors
 from muscle_bayes.inference.model.site import Site
+from muscle_bayes.inference.records.by_regime import record_of
+from muscle_bayes.inference.records.fast import segments
 from muscle_bayes.inference.records.open_delay import delay_prior
 from muscle_bayes.inference.records.parts import heaters_of
-from muscle_bayes.inference.records.record import Record, record_of, segments
+from muscle_bayes.inference.records.record import Record
 from muscle_bayes.inference.records.regime import REGIMES, Regime, regime_of
 from muscle_bayes.inference.records.release import moves_at_release
 from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of, rig
