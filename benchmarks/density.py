@@ -15,8 +15,9 @@ from muscle_bayes.inference.model.lane_model import (
     plant_of,
     zeros_of,
 )
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.muscle_prior import first_hyst
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.physics.simulation import at_rest, initial_state
 
 

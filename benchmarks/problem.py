@@ -12,8 +12,9 @@ from jaxtyping import Array, Float
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.muscle_prior import COLD, HOT, resting_hyst, strain_under
-from muscle_bayes.inference.model.problem import Lanes, Problem, pose
+from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import MuscleParameters

@@ -42,7 +42,12 @@ def sawtooth_lanes():
     jolted = np.where(time == 30.0, 4.0, 0.0)[None]
     thermal = np.where(time > 50.0, 0.1, 0.02)[None]
     lanes = lanes._replace(
-        time=time[None], coarse=np.zeros((1, 90)), thermal=thermal, jolted=jolted, **plain
+        swing=np.zeros((1, 90)),
+        time=time[None],
+        coarse=np.zeros((1, 90)),
+        thermal=thermal,
+        jolted=jolted,
+        **plain,
     )
     return lanes, time
 

@@ -13,7 +13,7 @@ from muscle_bayes.bench.sequences.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequences.sequence_file import to_toml
 from muscle_bayes.discovery.fit import Fitted, noise_names
 from muscle_bayes.discovery.result import NextExperiment
-from muscle_bayes.inference.model.problem import Lanes
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.nested_programs import explained_at, look_at

@@ -10,9 +10,10 @@ from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values, predictions, zeros_of
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.likelihood import noise_of, reading_distribution
 from muscle_bayes.inference.model.noise import NoiseParameters
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.problem import Data, Layout
 
 
 def rms_by_regime(

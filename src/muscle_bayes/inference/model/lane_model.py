@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.muscle_prior import (
     LEAST_SHARE,
     TRAINED,
@@ -19,7 +20,7 @@ from muscle_bayes.inference.model.muscle_prior import (
     first_hyst,
     muscle_parameters,
 )
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.records.parts import HEATERS, PLACES
 from muscle_bayes.inference.records.rig import filled, with_parameters
 from muscle_bayes.physics.effects import effect_type

@@ -8,13 +8,13 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.discrepancy import OUDiscrepancy
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.noise import (
     NoiseParameters,
     added_variance,
     elapsed_time,
     reading_variance,
 )
-from muscle_bayes.inference.model.problem import Lanes
 
 
 def noise_of(values: Values, regime: str) -> NoiseParameters:

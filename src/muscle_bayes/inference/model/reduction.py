@@ -15,7 +15,8 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.density import log_prior
 from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout, Problem
+from muscle_bayes.inference.model.lanes import Lanes
+from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.model.temperature_errors import with_temperature_errors
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import (

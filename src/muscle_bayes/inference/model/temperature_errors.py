@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.lane_model import Values
-from muscle_bayes.inference.model.problem import Data, Lanes, Problem
+from muscle_bayes.inference.model.lanes import Lanes
+from muscle_bayes.inference.model.problem import Data, Problem
 from muscle_bayes.inference.running.programs import solved_at, unconstrained
 
 STEP = 0.5

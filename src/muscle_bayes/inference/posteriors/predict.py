@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.likelihood import lasting_variance, noise_of
 from muscle_bayes.inference.model.noise import (
     NoiseParameters,
@@ -16,7 +17,7 @@ from muscle_bayes.inference.model.noise import (
     elapsed_time,
     reading_variance,
 )
-from muscle_bayes.inference.model.problem import Lanes, Problem
+from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.running.batches import of_draws
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import solved_at, unconstrained

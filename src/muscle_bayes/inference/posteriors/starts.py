@@ -14,8 +14,9 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.model.density import lane_fits
 from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros_of
+from muscle_bayes.inference.model.lanes import SIZE_STEP, Lanes
 from muscle_bayes.inference.model.muscle_prior import resting_hyst
-from muscle_bayes.inference.model.problem import SIZE_STEP, Data, Lanes, Layout, Problem
+from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.posteriors.predict import Draws
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.program import program

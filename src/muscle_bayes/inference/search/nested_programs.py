@@ -20,7 +20,8 @@ from muscle_bayes.inference.model.lane_model import (
     simulate_lane,
     zeros_of,
 )
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.lanes import Lanes
+from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.nested import Choice, log_prior_at, shared_leaves, values_at

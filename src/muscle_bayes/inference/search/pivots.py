@@ -10,9 +10,10 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.lane_model import predictions
+from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.likelihood import noise_of
 from muscle_bayes.inference.model.noise import elapsed_time, reading_variance, whiten
-from muscle_bayes.inference.model.problem import Data, Lanes, Layout
+from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.least_squares import least_squares
 
