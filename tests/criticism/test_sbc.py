@@ -147,8 +147,8 @@ def test_slow_readings_are_redrawn_with_what_inertia_added_when_their_parameters
         without = replicate(problem, 5, known)[1].data.lanes[0].again
         swung = replicate(problem, 5, known._replace(swings=[added.tolist()]))[1].data.lanes[0]
         # It is also uncertain by a part of itself, which lasts.
-    share = np.mean((swung.again - without) * added) / np.mean(added**2)
-    assert share == pytest.approx(1.0, abs=0.05)
+        share = np.mean((swung.again - without) * added) / np.mean(added**2)
+        assert share == pytest.approx(1.0, abs=0.05)
         np.testing.assert_array_equal(swung.swing, added)
         kept = replicate(problem, 5, known._replace(inertial=["staircase-166g"]))[1]
         assert kept.data.lanes[0].fine is not None

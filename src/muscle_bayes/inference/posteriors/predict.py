@@ -73,14 +73,14 @@ def disturbances(
 ) -> Float[Array, "lane interval"]:
     """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
     noise: NoiseParameters = noise_of(values, regime)
-    key_lasting, key_white = jax.random.split(key)
+    key_first, key_lasting, key_white = jax.random.split(key, 3)
     unsure = lasting_variance(lanes)
     elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
         predicted, lanes.time, lanes.jolted, unsure
     )
     fade = jnp.exp(-elapsed / noise.correlation_time)
     kicks = jax.random.normal(key_lasting, lanes.time.shape)
-    first = kicks[:, 0] * noise.discrepancy
+    first = noise.discrepancy * jax.random.normal(key_first, lanes.time.shape[:1])
 
     def step(state, now):
         decay, kick, jolt = now
