@@ -7,7 +7,7 @@
 # in one file; everything that the package does with its own effects (fitting, gating, predicting,
 # discovery) then works with yours.
 #
-# Our suspicion for this notebook: the axle carries magnets, and they *cog*. They pull the rotor
+# Our suspicion for this notebook: the axle carries magnets. They pull the rotor
 # towards eight angles, a torque that repeats with the angle:
 #
 #     Q  ->  Q + a sin(8 q)
@@ -62,13 +62,13 @@ from numpyro import distributions as dist
 from muscle_bayes.physics.effect import Effect, Parameter
 
 
-class Cogging(Effect):
+class Magnets(Effect):
     """Q -> Q + a sin(8 q)
 
     a: `amplitude` [N m]; q: angle [rad]. Source: our suspicion.
     """
 
-    name = "cogging"
+    name = "magnets"
     port = "torque"
     dissipative = False
     parameters = {
@@ -85,11 +85,11 @@ class Cogging(Effect):
     def __call__(self, value, signals):
         return value + self.amplitude * jnp.sin(8.0 * signals.q)
 '''
-file = Path(mkdtemp()) / "cogging.py"
+file = Path(mkdtemp()) / "magnets.py"
 file.write_text(source)
 os.environ["MUSCLE_BAYES_EFFECTS"] = str(file)
-cogging = effect_type("cogging")
-cogging
+magnets = effect_type("magnets")
+magnets
 
 # %% [markdown]
 # Look at it before using it. At `off` it does nothing, and for any other amplitude it does what its
@@ -98,11 +98,11 @@ cogging
 # %%
 angles = jnp.linspace(-1.0, 1.0, 200)
 rest = Signals(**{name: jnp.zeros(()) for name in Signals._fields} | {"memory": {}})
-torque = np.array([float(cogging(0.01)(0.0, rest._replace(q=q))) for q in angles])
-assert cogging.off()(0.25, rest._replace(q=angles[7])) == 0.25
+torque = np.array([float(magnets(0.01)(0.0, rest._replace(q=q))) for q in angles])
+assert magnets.off()(0.25, rest._replace(q=angles[7])) == 0.25
 
 figure, axis = plt.subplots(figsize=(6, 2.2), layout="constrained")
-axis.set(xlabel="angle [deg]", ylabel="torque [N m]", title="cogging of 0.01 N m")
+axis.set(xlabel="angle [deg]", ylabel="torque [N m]", title="magnets of 0.01 N m")
 (line,) = axis.plot(np.degrees(angles), torque)
 # %% [markdown]
 # ## Fit with it
@@ -114,26 +114,26 @@ runs = mb.load_example("springs")
 if not (KEPT / "fixture.nc").exists():
     mb.fit(runs, effort=EFFORT).save(KEPT / "fixture.nc")
 plain = mb.load(KEPT / "fixture.nc")
-suspected = mb.fit(runs, effects=["cogging"], effort=EFFORT)
+suspected = mb.fit(runs, effects=["magnets"], effort=EFFORT)
 suspected
 
 # %%
-mb.plot_posterior(suspected, {"cogging.amplitude": 0.0}, "fixture with cogging")
+mb.plot_posterior(suspected, {"magnets.amplitude": 0.0}, "fixture with magnets")
 
 # %%
-amplitude = suspected.tree["posterior"]["cogging.amplitude"].to_numpy()
+amplitude = suspected.tree["posterior"]["magnets.amplitude"].to_numpy()
 low, high = np.quantile(amplitude, [0.05, 0.95])
-print(f"cogging lies between {low:.2g} and {high:.2g} N m with 90 % probability")
+print(f"the torque of the magnets lies between {low:.2g} and {high:.2g} N m with 90 % probability")
 
 # %% [markdown]
 # ## Does it predict better?
 
 # %%
-mb.compare(plain, suspected, ("without", "with cogging"))
+mb.compare(plain, suspected, ("without", "with magnets"))
 
 # %% [markdown]
 # "Neither", if all is well: an effect that is absent must not win. On the command line:
 #
 # ```sh
-# MUSCLE_BAYES_EFFECTS=cogging.py muscle-bayes fit data/spring-*.csv --effect cogging --out c.nc
+# MUSCLE_BAYES_EFFECTS=magnets.py muscle-bayes fit data/spring-*.csv --effect magnets --out m.nc
 # ```

@@ -119,13 +119,13 @@ def test_given_port_tells_why(machine):
 
 def test_the_heater_boards_own_thermometers_need_no_meter(machine):
     machine.bench.heater.wiring = (1, 1, 0, 0, 0, 3950, 1000)
-    machine.bench.heater.own_temperatures = (251, 263)
+    machine.bench.heater.own_temperatures = (252, 265)
     finder = machine.finder()
     devices = finder.devices()
     devices.open()
     assert "meter" not in finder.in_use
     meter = devices.meter.device
-    assert first_reading(meter, machine.bench.clock, 1.0).temperatures == (25.1, 26.3)
+    assert first_reading(meter, machine.bench.clock, 1.0).temperatures == (25.25, 26.5)
 
 
 def test_a_board_without_thermometers_is_no_meter(machine):

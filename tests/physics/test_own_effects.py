@@ -76,3 +76,10 @@ def test_an_installed_package_brings_its_effects_by_entry_point(tmp_path, monkey
     finally:
         own._installed.cache_clear()
         sys.modules.pop("cable_package", None)
+
+
+def test_one_that_has_a_name_of_the_catalogue_is_refused(file):
+    file.write_text(CODE.replace('"cable-stretch"', '"cogging"'))
+    with pytest.raises(MuscleBayesError, match=r"'cogging'.*of the catalogue\. Fix"):
+        effect_type("cogging")
+    assert effect_type("bias-torque") is CATALOGUE["bias-torque"]

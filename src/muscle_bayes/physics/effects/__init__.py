@@ -55,13 +55,18 @@ CATALOGUE: dict[str, AnyEffectType] = {
 def effect_type(name: str) -> AnyEffectType:
     """The effect of that name: of the catalogue, a function, or of the user's own.
 
-    Raises MuscleBayesError when there is none.
+    Raises MuscleBayesError when there is none, or one of your own has a name of the catalogue.
     """
     if name.startswith(f"{PREFIX}-"):
         return empirical_type(name)
-    if name in CATALOGUE:
-        return CATALOGUE[name]
     own = own_effects()
+    if name in CATALOGUE:
+        if own.get(name, CATALOGUE[name]) is not CATALOGUE[name]:
+            raise MuscleBayesError(
+                f"effect {name!r}: one of your own has the name of one of the catalogue. Fix: give "
+                "it another name."
+            )
+        return CATALOGUE[name]
     if name not in own:
         known = sorted({**CATALOGUE, **own})
         raise MuscleBayesError(
