@@ -16,7 +16,9 @@ from pathlib import Path
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()  # before JAX is imported: the next notebook need not compile all this again
+_ = (
+    mb.keep_compiled_code()
+)  # before JAX is imported: the next notebook need not compile all this again
 
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")

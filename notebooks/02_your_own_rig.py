@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()
+_ = mb.keep_compiled_code()
 
 # %% tags=["parameters"]
 EFFORT = "quick"

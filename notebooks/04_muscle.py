@@ -17,7 +17,7 @@ from pathlib import Path
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()
+_ = mb.keep_compiled_code()
 
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")

@@ -19,7 +19,7 @@ from tempfile import mkdtemp
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()
+_ = mb.keep_compiled_code()
 
 from muscle_bayes.data import write_run
 from muscle_bayes.twin import Rig, make_effect, simulate, spring, spring_rig

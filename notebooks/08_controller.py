@@ -16,7 +16,7 @@ from pathlib import Path
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()
+_ = mb.keep_compiled_code()
 
 from muscle_bayes.control.laws.gains import gains_header
 from muscle_bayes.control.plant.design import Design

@@ -18,7 +18,7 @@ from matplotlib import pyplot as plt
 
 import muscle_bayes as mb
 
-mb.keep_compiled_code()
+_ = mb.keep_compiled_code()
 
 # %% tags=["parameters"]
 KEPT = Path("../reports/notebooks")

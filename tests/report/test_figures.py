@@ -6,12 +6,14 @@ from known_cases import gaussian, posterior_of, sawtooth
 
 from muscle_bayes.criticism.coverage import check_run
 from muscle_bayes.criticism.drift import drift
+from muscle_bayes.examples import load_example
 from muscle_bayes.report.posterior_figures import posterior_figure
 from muscle_bayes.report.predictive_figures import (
     drift_figure,
     predictive_figure,
     prior_predictive_figure,
 )
+from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.report.style import save
 
 
@@ -85,3 +87,16 @@ def test_posteriors_show_units_published_values_and_failed_convergence(tmp_path)
     ):
         assert word in told
     save(fig, tmp_path / "posterior.png")
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("springs", ["position reading [counts]"]),
+        ("sawtooth", ["position reading [counts]", "temperature [°C]", "load [g]"]),
+    ],
+)
+def test_a_run_shows_what_it_has_and_no_more(name, shown):
+    """A run without a heater's power has no panel of it."""
+    figure = run_figure(load_example(name)[0])
+    assert [axis.get_ylabel() for axis in figure.axes if axis.get_ylabel()] == shown

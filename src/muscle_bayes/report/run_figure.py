@@ -36,7 +36,7 @@ def run_figure(run: Run) -> Figure:
         panels.append((_temperature, 1.5))
     if table["load"].nunique() > 1:  # a constant load is told in the title
         panels.append((_load, 0.8))
-    if table[["power_a", "power_b"]].to_numpy().any():
+    if any(run.metadata.is_heated_by_power(side) for side in "ab"):
         panels.append((_power, 1.2))
     if table["applied"].any():
         panels.append((_applied, 1.2))
