@@ -27,6 +27,8 @@ UNITS: Final = {
 }
 RESAMPLES: Final = 400
 """Of the draws, for the Monte Carlo error of a difference."""
+RELIABLE: Final = 0.9
+"""Share of joints that meet a scenario's limits below which the recommendation names the scenario."""
 TIED: Final = 2.0
 """Standard errors within which two numbers are tied."""
 
@@ -119,13 +121,16 @@ class Judgement:
             if higher:
                 lost.append(f"to {other} in {', '.join(higher)}")
         worse = f"It loses {'; '.join(lost)}." if lost else "No other law beats it in any scenario."
-        each = ", ".join(
-            f"{one.name} {self.probability(law, one.name)[0]:.0%}{self._of_possible(law, one.name)}"
-            for one in self.scenarios
+        chances = {one.name: self.probability(law, one.name)[0] for one in self.scenarios}
+        weak = [name for name, chance in chances.items() if chance < RELIABLE]
+        told = ", ".join(
+            f"{name} {chances[name]:.0%}{self._of_possible(law, name)}" for name in weak
         )
+        others = [chance for name, chance in chances.items() if name not in weak]
+        least = f" Every other scenario: at least {min(others):.0%}." if weak and others else ""
         return (
-            f"Use {law} ({self.gains[law].sentence()}): of new joints {share:.0%} (+-{error:.1%}) meet "
-            f"every specification; by scenario {each}. {worse}"
+            f"Use {law} ({self.gains[law].sentence()}). Of new joints {share:.0%} (+-{error:.1%}) meet "
+            f"every specification.{f' Weak spots: {told}.' if weak else ''}{least} {worse}"
         )
 
     def _of_possible(self, law: str, scenario: str) -> str:
