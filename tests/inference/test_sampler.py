@@ -44,6 +44,15 @@ def test_a_sampler_whose_chains_stay_far_apart_gives_way_to_the_next():
     assert first_to_mix([far, nearest, Pretended(3.0)], Effort())[1] is nearest
 
 
+def test_chains_that_diverge_give_way_to_those_that_are_far_apart():
+    diverging = Pretended(0.0)
+    diverging.go_on = lambda count: drawn(0.0, count)._replace(
+        statistics={"diverging": np.arange(4 * count).reshape(4, count) % 10 == 0}
+    )
+    far = Pretended(2.0)
+    assert first_to_mix([far, diverging], Effort())[1] is far
+
+
 def test_chains_that_never_move_are_infinitely_far_apart():
     still = Pretended(0.0)
     still.go_on = lambda count: Draws(np.ones((4, count, 1)), np.ones((4, count, 1)), {})

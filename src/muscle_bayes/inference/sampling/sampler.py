@@ -35,6 +35,8 @@ class Effort:
     after the first draws, with effects apart; then by `Nuts`."""
     far_apart: float = 1.3
     """R-hat of the first draws above which another sampler is tried."""
+    most_divergent: float = 0.02
+    """Share of their transitions that may diverge, else it is, too."""
     chunk: int = 25
     """Draws between two reports of progress."""
 
@@ -89,15 +91,19 @@ def draw(
 
 
 def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains]:
-    """First draws, and the chains that go on: the first that come near each other, or else the nearest."""
+    """First draws, and the chains that go on: the first that come near each other, or else the nearest.
+
+    Chains of which many transitions diverge miss a part of the posterior, however near they are.
+    """
     begun = []
     for chains in tried:
         chains.warm_up(effort.warmup)
         draws = chains.go_on(effort.draws)
-        begun.append((worst_rhat(draws), draws, chains))
-        if begun[-1][0] <= effort.far_apart:
+        diverged = draws.divergences > effort.most_divergent * draws.values[..., 0].size
+        begun.append((diverged, worst_rhat(draws), draws, chains))
+        if not diverged and begun[-1][1] <= effort.far_apart:
             break
-    _, draws, chains = min(begun, key=lambda one: one[0])
+    *_, draws, chains = min(begun, key=lambda one: one[:2])
     return draws, chains
 
 
