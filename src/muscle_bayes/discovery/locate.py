@@ -126,7 +126,10 @@ def locate(search: Search, fitted: Fitted, *, replicates: int = 400) -> MisfitMa
     chosen = _apart(found)
     every = float(np.sum(found.errors**2 - found.expected))
     whole = max(every, sum(found.excess(index).sum() for index in chosen), 1e-12)
-    lasting = [np.ravel(np.asarray(lasting_variance(one))) for one in judged.data.lanes]
+    lasting = [
+        np.ravel(lasting_variance(one, search.noise[regime]))
+        for one, regime in zip(judged.data.lanes, nested.layout.regimes, strict=True)
+    ]
     error = np.sqrt(error_of_reading(search) ** 2 + np.concatenate(lasting))
     windows = tuple(_told(nested, lines, found, index, whole, error) for index in chosen)
     return MisfitMap(windows, float(found.p_value.min()), every, tuple(lines))

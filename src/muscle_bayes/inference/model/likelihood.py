@@ -26,12 +26,13 @@ SWING_UNSURE = 0.5
 """Share of what inertia adds to slow motion that is uncertain: it depends on details of the drive."""
 
 
-def lasting_variance(lane: Lanes) -> Float[Array, "*lane interval"]:
+def lasting_variance(lane: Lanes, noise: Array | float) -> Float[Array, "*lane interval"]:
     """Variance of the readings by errors that last as long as the rotor rests [log's unit^2].
 
-    Of the temperature, and of the swings of a rotor that turns back or stops.
+    Of the temperature, and of the swings of a rotor that turns back or stops: at most that of a reading's
+    `noise` [log's unit], for where J is unknown swings at the mode may be of any size.
     """
-    return lane.thermal + (SWING_UNSURE * lane.swing) ** 2
+    return lane.thermal + jnp.minimum((SWING_UNSURE * lane.swing) ** 2, noise**2)
 
 
 class _Parts(NamedTuple):
@@ -49,7 +50,7 @@ def _parts(
     lane: Lanes, zero: Array, prediction: LanePrediction, noise: NoiseParameters, regime: str
 ) -> _Parts:
     reading = jnp.where(jnp.isfinite(prediction.reading), prediction.reading, 0.0)
-    lasting = lasting_variance(lane)
+    lasting = lasting_variance(lane, noise.noise)
     elapsed = elapsed_time(reading, lane.time, lane.jolted, lasting, noise, regime)
     return _Parts(
         _expected(lane, zero, prediction),

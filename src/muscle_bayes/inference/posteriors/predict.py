@@ -74,7 +74,7 @@ def disturbances(
     """Discrepancy and noise of every lane for one draw, where the model predicts these readings."""
     noise: NoiseParameters = noise_of(values, regime)
     key_first, key_lasting, key_white = jax.random.split(key, 3)
-    unsure = lasting_variance(lanes)
+    unsure = lasting_variance(lanes, noise.noise)
     elapsed = jax.vmap(partial(elapsed_time, parameters=noise, regime=regime))(
         predicted, lanes.time, lanes.jolted, unsure
     )
