@@ -1,5 +1,7 @@
 """Temperatures behind a meter's readings against courses that are known."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -119,3 +121,14 @@ def test_held_values_do_not_lag_while_temperature_falls_slowly(rate, hold):
     scatter = np.hypot(0.05, 0.1 / np.sqrt(12.0))
     assert abs(error.mean()) < 3.0 * scatter / np.sqrt(error.size) + 0.01 * rate
     assert error.std() < 1.1 * np.hypot(scatter, 0.1 * hold * rate)
+
+
+def test_an_hour_at_one_temperature_takes_no_memory() -> None:
+    """However long one value is shown, a course looks at seconds around an instant."""
+    time = np.arange(0.0, 3600.0, 0.03)
+    tracemalloc.start()
+    found = course(time, np.full(time.size, 25.0), np.linspace(0.0, 3600.0, 700))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    np.testing.assert_allclose(found.value, 25.0)
+    assert peak < 200e6

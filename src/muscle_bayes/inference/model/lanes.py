@@ -54,7 +54,7 @@ class Lanes(NamedTuple):
     pivot: Float[Array, "lane 2"]
     """First reading and speed about which the response to them is taken for linear."""
     heat_variance: Float[Array, "lane interval 2"]
-    """Variance of the temperature of both sides, as independent from one interval to the next [C^2]."""
+    """Variance of the temperature of both sides [C^2]."""
     thermal: Float[Array, "lane interval"]
     """What that adds to the variance of the discrepancy at the mode [log's unit^2]."""
     swing: Float[Array, "lane interval"]
@@ -100,6 +100,10 @@ def _imposed(records: Sequence[Record]) -> np.ndarray | None:
 def stacked_lanes(
     runs: Sequence[Run], records: Sequence[Record], index: Sequence[int], typical: float
 ) -> Lanes:
+    """Runs of one kind and their records as lanes, padded to one length.
+
+    `index` counts those that have unknowns of their own; `typical` is a tension [N] where none was read.
+    """
     longest = max(record.time.size for record in records)
     size = -(-longest // SIZE_STEP) * SIZE_STEP
     padded = [_pad(record, size) for record in records]

@@ -10,6 +10,8 @@ LONGEST_HOLD = 3.0
 WINDOW = 1.5
 """Readings within this of an instant tell its temperature, s: long enough for some seven updates of
 a meter, short against the peaks at which friction makes the rotor turn back."""
+WIDEST = 4.0 * WINDOW
+"""Most of this, where one value is shown again and again, s."""
 LEAST_READINGS = 5
 """A slower meter's window spans as many updates; where a gap leaves fewer, a line bridges it."""
 
@@ -89,7 +91,7 @@ def _half_widths(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.nda
     number = np.searchsorted(shown, at, side="right") - 1
     begun, ended = (shown[np.clip(number + k, 0, shown.size - 1)] for k in (-1, 2))
     slow = 0.5 * LEAST_READINGS * float(np.median(np.diff(time)))
-    return np.maximum(np.minimum(at - begun, ended - at), max(WINDOW, slow))
+    return np.maximum(np.minimum(np.minimum(at - begun, ended - at), WIDEST), max(WINDOW, slow))
 
 
 def course(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> Course:
