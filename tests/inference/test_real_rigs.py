@@ -60,7 +60,6 @@ def wire(real_data: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dic
     return summary, Posterior.load(folder / "p.nc")
 
 
-@pytest.mark.xfail(reason="the mean model is worse than a cubic in temperature")
 @pytest.mark.slow
 def test_heating_wire_one_cycle_ahead(real_data: Path, wire: tuple[dict, Posterior]) -> None:
     run = read_run(real_data / WIRE)

@@ -139,7 +139,9 @@ def print_summary(summary: dict[str, Any]) -> None:
     if summary["converged"]:
         console.print("converged", style="green")
     else:
-        console.print("NOT CONVERGED: " + "; ".join(summary["complaints"]), style="bold red")
+        console.print("NOT CONVERGED", style="bold red")
+        for reason in summary["complaints"]:
+            console.print(f"  {reason}", highlight=False)
     if tied := summary["only_ratios"]:
         console.print(
             f"only ratios are identified of {', '.join(tied)}. "

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from muscle_bayes.data import Run
 from muscle_bayes.inference.model.density import log_prior
 from muscle_bayes.inference.model.lane_model import Values, physical_of, plant_of
 from muscle_bayes.inference.model.lanes import Lanes
@@ -39,8 +40,9 @@ LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-3
 """Bounds of these steps, s."""
 LEAST_STEPS = 2**14
 """Runs are padded to this many steps, half as many more, or twice either: few shapes to compile."""
-
-
+MOST_STEPS = 2**20
+"""Runs that take more steps than this with full inertia are solved without: they last for so many swings
+that a swing is short beside what drives the slow motion."""
 INERTIAS = (1.0, 1 / 8, 1 / 64)
 """Factors on a J that nothing has told yet."""
 UNLIKELY = 10.0
@@ -101,9 +103,13 @@ def _padded(steps: int) -> int:
     return 3 * size // 4 if size > LEAST_STEPS and steps <= 3 * size // 4 else size
 
 
+def _longest_steps(rates: Float[np.ndarray, "lane interval"]) -> Float[np.ndarray, "lane interval"]:
+    return np.clip(SWING_STEP / np.maximum(rates, 1e-9), SHORTEST_STEP, LONGEST_STEP)
+
+
 def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     """Fine grids of all lanes, stacked."""
-    longest = np.clip(SWING_STEP / np.maximum(rates, 1e-9), SHORTEST_STEP, LONGEST_STEP)
+    longest = _longest_steps(rates)
     schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
     sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
     size = _padded(max(sizes))
@@ -130,7 +136,10 @@ def _is_reduced(lanes: Lanes, regime: str) -> bool:
 
 
 def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Problem:
-    """The problem with full inertia in the named runs, on grids that are fine enough at `values`."""
+    """The problem with full inertia in the named runs, on grids that are fine enough at `values`.
+
+    Runs that would take more than `MOST_STEPS` steps stay without.
+    """
     if not names:
         return problem
     layout, data = problem.layout, problem.data
@@ -145,6 +154,8 @@ def with_inertia(problem: Problem, values: Values, names: Collection[str]) -> Pr
             parts.append((lanes, regime, cut, owners))
             continue
         rates = np.asarray(_swing_rates(values, response, lanes, layout, data))
+        steps = np.sum(np.diff(np.asarray(lanes.schedule.time)) / _longest_steps(rates), axis=1)
+        chosen &= steps <= MOST_STEPS
         for which, inertial in ((~chosen, False), (chosen, True)):
             if which.any():
                 index = np.flatnonzero(which)
@@ -175,6 +186,39 @@ def without_swings(problem: Problem, names: Collection[str]) -> Problem:
     return replace(problem, data=problem.data._replace(lanes=lanes))
 
 
+def _averages(
+    problem: Problem, values: Values, *, inertial: bool = False
+) -> dict[int, Float[np.ndarray, " interval"]]:
+    """Mean readings of slow runs, by number of the run: of those reduced, or with full inertia."""
+    groups = zip(problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True)
+    chosen = [
+        regime == "slow" and (lanes.fine is not None) == inertial for lanes, regime, _ in groups
+    ]
+    if not any(chosen):
+        return {}
+    responses = _responses(values, problem.layout, problem.data)
+    parts = zip(chosen, problem.lane_runs, responses, strict=True)
+    return {
+        owner: np.asarray(response.averaged[lane])
+        for here, owners, response in parts
+        if here
+        for lane, owner in enumerate(owners)
+    }
+
+
+def _error_of(run: Run, away: Float[np.ndarray, " n"], values: Values) -> ReductionError:
+    """How far the run with full inertia is `away` [the log's unit] from the reduced one."""
+    misfit = np.hypot(values["slow.noise"], values["slow.discrepancy"])
+    return ReductionError(
+        rms=float(np.sqrt(np.mean(away**2))),
+        largest=float(np.max(np.abs(away))),
+        tolerance=max(
+            TOLERANCE * max(run.sensor.resolution, float(misfit)),
+            SHARE * float(run.table["reading"].std()),
+        ),
+    )
+
+
 def with_swings(problem: Problem, values: Values) -> Problem:
     """The problem with what inertia adds at these values to every reduced run, and how much that is;
     and with what errors of the temperature add to the variance of readings.
@@ -184,42 +228,28 @@ def with_swings(problem: Problem, values: Values) -> Problem:
     """
     names = [run.name for run in problem.runs]
     problem = with_temperature_errors(without_swings(problem, names), values)
-    layout, data = problem.layout, problem.data
-    slow = [
-        problem.runs[i].name
-        for lanes, regime, owners in zip(data.lanes, layout.regimes, problem.lane_runs, strict=True)
-        if _is_reduced(lanes, regime)
-        for i in owners
-    ]
-    if not slow:
+    data = problem.data
+    reduced = _averages(problem, values)
+    if not reduced:
         return problem
-    whole = with_inertia(problem, values, slow)
-    errors, parts = {}, []
-    groups = zip(
-        data.lanes,
-        _responses(values, layout, data),
-        _responses(values, whole.layout, whole.data),
-        problem.lane_runs,
-        strict=True,
-    )
-    for lanes, reduced, full, owners in groups:
-        lasting = np.diff(np.asarray(lanes.schedule.time), axis=1) > 0.0
-        swing = np.where(lasting, np.asarray(full.averaged - reduced.averaged), 0.0)
+    names = [problem.runs[i].name for i in reduced]
+    full = _averages(with_inertia(problem, values, names), values, inertial=True)
+    errors = {}
+    swings = [np.array(lanes.swing) for lanes in data.lanes]
+    for group, owners in enumerate(problem.lane_runs):
         for lane, owner in enumerate(owners):
+            if owner not in reduced:
+                continue
             run = problem.runs[owner]
-            if run.name in slow:
-                away = swing[lane][lasting[lane]]
-                misfit = np.hypot(values["slow.noise"], values["slow.discrepancy"])
-                errors[run.name] = ReductionError(
-                    rms=float(np.sqrt(np.mean(away**2))),
-                    largest=float(np.max(np.abs(away))),
-                    tolerance=max(
-                        TOLERANCE * max(run.sensor.resolution, float(misfit)),
-                        SHARE * float(run.table["reading"].std()),
-                    ),
-                )
-        solved = np.isfinite(swing).all(axis=1, keepdims=True)
-        parts.append(lanes._replace(swing=jnp.asarray(np.where(solved, swing, 0.0))))
+            lasting = np.diff(np.asarray(data.lanes[group].schedule.time[lane])) > 0.0
+            away = full.get(owner, np.full_like(lasting, np.nan, float)) - reduced[owner]
+            errors[run.name] = _error_of(run, away[lasting], values)
+            solved = np.isfinite(away[lasting]).all()
+            swings[group][lane] = np.where(lasting & solved, away, 0.0)
+    parts = [
+        lanes._replace(swing=jnp.asarray(swing))
+        for lanes, swing in zip(data.lanes, swings, strict=True)
+    ]
     return replace(
         problem,
         data=data._replace(lanes=tuple(parts)),

@@ -5,7 +5,6 @@ import platform
 from importlib.metadata import version
 from typing import Any
 
-import arviz as az
 import jax
 import numpy as np
 import xarray as xr
@@ -14,6 +13,7 @@ from muscle_bayes.inference.model.lane_model import muscle_of, part_names, whole
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS, UNITS, replaced_by
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import Data, Problem
+from muscle_bayes.inference.posteriors.complaints import complaints_of
 from muscle_bayes.inference.posteriors.contradiction import contradiction
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predict import Prediction, predict, thin
@@ -25,15 +25,12 @@ from muscle_bayes.inference.running.programs import (
     unconstrained,
 )
 from muscle_bayes.inference.sampling.draws import Draws
-from muscle_bayes.inference.sampling.sampler import MAX_RHAT
 from muscle_bayes.provenance import LIBRARIES
 
 STATISTICS = ("diverging", "n_steps", "acceptance_rate", "energy")
 """Of the sampler, by ArviZ's names."""
 PREDICTIVE_DRAWS = 200
 PRIOR_DRAWS = 1000
-SEVERAL_MODES = 1.2
-"""R-hat from which on chains are shown one by one: longer ones would hardly agree."""
 
 
 def _run_axis(problem: Problem, name: str) -> list[str]:
@@ -86,33 +83,6 @@ def _dataset(problem: Problem, values: dict[str, np.ndarray], lead: list[str]) -
     return xr.Dataset(variables, coords=coords)
 
 
-def _complaints(problem: Problem, dataset: xr.Dataset, draws: Draws, min_ess: int) -> list[str]:
-    found = []
-    if count := draws.divergences:
-        found.append(f"{count} divergent transitions")
-    sampled = dataset[[name for name, _ in problem.layout.shapes]]
-    rhat, ess = az.rhat(sampled), az.ess(sampled)
-    for name in sampled.data_vars:
-        worst = float(rhat[name].max())
-        if worst > MAX_RHAT:
-            apart = where_chains_are(sampled[name]) if worst > SEVERAL_MODES else ""
-            found.append(f"R-hat of {name} is {worst:.4f}, over {MAX_RHAT}{apart}")
-        if float(ess[name].min()) < min_ess:
-            found.append(f"bulk ESS of {name} is {float(ess[name].min()):.0f}, below {min_ess}")
-    return found
-
-
-def where_chains_are(quantity: xr.DataArray) -> str:
-    """Where each chain is, of a quantity on which they disagree."""
-    means = np.asarray(quantity.mean("draw"))
-    if means.ndim > 1:
-        means = means.reshape(len(means), -1)
-        means = means[:, np.argmax(means.std(axis=0))]
-    shown = ", ".join(f"{mean:.3g}" for mean in np.sort(means))
-    unit = quantity.attrs.get("units", "")
-    return f" (the chains' means: {shown} {unit}; the posterior may have several modes)"
-
-
 def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posterior:
     """The DataTree of a problem's draws: posterior, predictive, likelihood, prior, statistics, data."""
     layout, data = problem.layout, problem.data
@@ -124,7 +94,8 @@ def assemble(problem: Problem, drawn: Draws, min_ess: int, seed: int) -> Posteri
     predictions = predict(problem, thinned, seed + 2)
     statistics = {name: drawn.statistics[name] for name in STATISTICS if name in drawn.statistics}
     statistics["lp"] = -drawn.statistics["potential"]
-    complaints = _complaints(problem, posterior, drawn, min_ess)
+    sampled = posterior[[name for name, _ in layout.shapes]]
+    complaints = complaints_of(sampled, drawn.divergences, min_ess)
     groups = {
         "posterior": posterior,
         "prior": _dataset(problem, named_values(problem, prior), ["chain", "draw"]),
