@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import starmap
 
 import arviz as az
 from jaxtyping import Array
@@ -68,7 +69,8 @@ def draw(
             R-hat so far.
     """
 
-    def begin(sampler: Sampler) -> Chains:
+    def begin(number: int, sampler: Sampler) -> Chains:
+        which = f"sampler {number}, " if number > 1 else ""
         return Chains(
             key,
             mode,
@@ -78,11 +80,11 @@ def draw(
             planned=effort.warmup + effort.draws,
             chunk=effort.chunk,
             workers=workers,
-            report=report,
+            report=lambda done, total, note: report(done, total, which + note),
         )
 
     samplers = [effort.sampler] if effort.sampler else _samplers(problem)
-    draws, chains = first_to_mix((begin(one) for one in samplers), effort)
+    draws, chains = first_to_mix(starmap(begin, enumerate(samplers, 1)), effort)
     for _ in range(effort.rounds):
         if agree(draws, effort):
             break
