@@ -54,7 +54,7 @@ class Mode(NamedTuple):
     steps: int
 
 
-class _Seen(NamedTuple):
+class Seen(NamedTuple):
     """A point, as least squares looks at it."""
 
     potential: Float[Array, ""]
@@ -63,7 +63,7 @@ class _Seen(NamedTuple):
 
 
 @program
-def _seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> _Seen:
+def seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
     """Potential, its gradient, and Gauss-Newton information plus prior precision."""
 
     def both(vector: Array) -> tuple:
@@ -78,7 +78,7 @@ def _seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> _Seen:
     # Priors are independent of each other: their Hessian is diagonal.
     prior = -jax.jvp(slope, (vector,), (jnp.ones_like(vector),))[1]
     information = jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
-    return _Seen(potential, gradient, information)
+    return Seen(potential, gradient, information)
 
 
 def _descended(
@@ -88,14 +88,14 @@ def _descended(
     held: Sequence[int] = (),
     steps: int = 60,
     workers: int = 1,
-) -> list[Row[_Seen]]:
-    def looker(points: Sequence[np.ndarray], _: Sequence[int]) -> list[_Seen]:
-        return of_rows(_seen_at, [(point, data) for point in points], layout, workers)
+) -> list[Row[Seen]]:
+    def looker(points: Sequence[np.ndarray], _: Sequence[int]) -> list[Seen]:
+        return of_rows(seen_at, [(point, data) for point in points], layout, workers)
 
     return least_squares(looker, [np.asarray(start) for start in starts], held, steps)
 
 
-def _as_mode(row: Row[_Seen]) -> Mode:
+def _as_mode(row: Row[Seen]) -> Mode:
     return Mode(jnp.asarray(row.point), row.potential, row.look.information, row.steps)
 
 
@@ -244,7 +244,7 @@ def find_mode(
             with_other_basins(best().vector, layout, data), layout, data, workers, (1.0,)
         )
     shapes.sort(key=lambda shape: shape.level)
-    rows: list[Row[_Seen]] = []
+    rows: list[Row[Seen]] = []
     for two in batched((shape.vector for shape in shapes[:5]), 2):
         rows = sorted(
             rows + _descended(two, layout, data, workers=workers), key=lambda row: row.potential
