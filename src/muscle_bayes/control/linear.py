@@ -180,10 +180,14 @@ def loop_gain(joint: Joint, gains: Gains, angle: float) -> control.StateSpace:
     return plant * control.ss(pi_controller(gains))
 
 
+def _frequencies(period: float) -> np.ndarray:
+    """Up to half the sampling rate [rad/s], close enough for the rotor's resonance."""
+    return np.geomspace(SLOWEST, np.pi / period, FREQUENCIES)
+
+
 def margins_of(loop: control.StateSpace) -> Margins:
     """Margins of a sampled loop."""
-    frequencies = np.geomspace(SLOWEST, np.pi / loop.dt, FREQUENCIES)
-    response = control.frd(loop, frequencies)
+    response = control.frd(loop, _frequencies(loop.dt))
     gain, phase, _, _, crossover, _ = control.stability_margins(response)
     # Unity feedback: A - B (1 + D)^-1 C.
     poles = np.linalg.eigvals(loop.A - loop.B @ loop.C / (1.0 + loop.D[0, 0]))
@@ -195,7 +199,7 @@ def margins_of(loop: control.StateSpace) -> Margins:
 @double_precision
 def loops(draws: JointDraws, gains: Gains, angle: float, count: int = 40) -> Loop:
     """Loop gains and margins of the first `count` draws that muscle B can hold at an angle [rad]."""
-    frequency = np.geomspace(0.01, np.pi / gains.period, 120)
+    frequency = _frequencies(gains.period)
     rows, found = [], []
     for index in range(min(count, len(draws))):
         try:

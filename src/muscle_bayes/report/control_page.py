@@ -207,7 +207,9 @@ def _loops(found: Mapping[str, Loop]) -> str:
         rows.append((name, *cells, _range(loop.disk), f"{stable:.2f} ({error:.2f})"))
     header = ("held at", "gain margin", "phase margin [deg]", "crossover [rad/s]", "disk margin")
     return _table((*header, "stable"), rows) + (
-        "\n\nDry friction has no linearisation and is left out here: it steadies the real loop."
+        "\n\nDry friction has no linearisation and is left out here. The rotor's resonance, which nothing "
+        "else damps, crosses |L| = 1 in many draws, and the smallest phase margin then lies there. "
+        "The simulations above include friction."
     )
 
 
