@@ -97,6 +97,7 @@ class _Lines:
         self._out = out
         self._stage, self._begun, self._last = "", 0.0, 0.0
         self._paced: tuple[int, float] | None = None
+        self._done = 0
 
     def __call__(self, what: str, done: int, total: int) -> None:
         now = monotonic()
@@ -106,8 +107,9 @@ class _Lines:
         elif done < total and now - self._last < INTERVAL:
             return
         self._last = now
-        if self._paced is None and done:  # what came before may be compilation
+        if done and (self._paced is None or done < self._done):  # before it may be compilation
             self._paced = done, now
+        self._done = done
         told = [f"{_named(stage)}: {done} of {total}", note, self._time(done, total)]
         print(", ".join(filter(None, told)), file=self._out, flush=True)
 

@@ -33,7 +33,7 @@ class Effort:
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
     """How sites are sampled. None: by `LinearisedSteps`; where chains of it are still far from each other
-    after the first draws, with effects apart; then by `Nuts`."""
+    after the first draws, by it with effects apart, or by `Nuts`."""
     far_apart: float = 1.3
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
@@ -110,7 +110,8 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
 
 
 def _samplers(problem: Problem) -> list[Sampler]:
-    """In the order in which they are tried."""
-    effects = problem.layout.effects
-    apart: list[Sampler] = [LinearisedSteps(apart=tuple(effects))] if effects else []
-    return [LinearisedSteps(), *apart, Nuts()]
+    """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
+    layout = problem.layout
+    apart: list[Sampler] = [LinearisedSteps(apart=tuple(layout.effects))] if layout.effects else []
+    others = [*apart, Nuts()] if "slow" in layout.regimes else [Nuts(), *apart]
+    return [LinearisedSteps(), *others]
