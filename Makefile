@@ -36,7 +36,7 @@ lint: $(READY) ## style, types and the direction of imports
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-firmware: firmware-tools ## build the boards' firmware and its simulator (GAINS=gains.h)
+firmware: $(READY) firmware-tools ## build the boards' firmware and its simulator (GAINS=gains.h)
 	@$(MAKE) --no-print-directory --directory firmware $(if $(GAINS),GAINS=$(abspath $(GAINS)))
 
 firmware-tools: ## install the AVR compiler and simavr with apt where they are missing
@@ -75,7 +75,7 @@ trial: $(READY) ## hide effects in synthetic runs and count what discovery finds
 	@$(BIN)/python -m benchmarks.discovery --outcomes reports/trial/outcomes.json
 	@$(BIN)/python -m benchmarks.trial.page reports/trial
 
-stories: $(READY) ## the thesis' stories, and measured rigs, told by discovery: docs/discovery-*.md (REAL=folder)
+stories: $(READY) ## the thesis' open questions, and measured rigs, answered by discovery: docs/discovery-*.md (REAL=folder)
 	@$(BIN)/python scripts/discovery_stories.py
 	@$(BIN)/python scripts/real_discoveries.py $(REAL)
 

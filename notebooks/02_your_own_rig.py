@@ -63,8 +63,8 @@ pd.DataFrame({"frame_time": time, "angle_deg": np.degrees(swing.y[0]) + noise}).
 # ## Describe it
 #
 # `[columns]` says where time and position stand and in which unit; `[element_a]` says what acts on
-# the axle: here an arm, in other rigs a `spring`, a `muscle` or `none`. The data page of this
-# documentation lists every key.
+# the axle: here an arm, in other rigs a `spring`, a `muscle` or `none`. The page *Run format* lists
+# every key.
 
 # %%
 description = f"""
@@ -121,5 +121,5 @@ mb.plot_posterior(posterior, truth, "pendulum")
 
 # %% [markdown]
 # The dashed line is the truth, called the published value since outside a tutorial nobody has
-# better. The result is what a fit of one short film can say, no more: the bob's *m d²* is taken as
-# known, so an error in the ruler would move *J* and appear in no interval.
+# better. The result is what a fit of one short film can say, no more. The bob's *m d²* is taken as
+# known. So an error in the ruler would move *J* and appear in no interval.

@@ -4,9 +4,9 @@
 # **You will learn** how to estimate the muscle's nine parameters, and which of them the runs leave open.
 #
 # A coiled nylon thread shortens when it is heated, and it remembers: part of its length relaxes over
-# minutes, faster when hot. The thesis describes it by a spring (MODULUS), a contraction that depends
-# on temperature (OFFSET) and a spring beside a damper (HYST), nine numbers in all, of which it set
-# two by hand because the data did not hold them.
+# minutes, faster when hot. The thesis describes it by three elements: a spring (MODULUS), a
+# contraction that depends on temperature (OFFSET), and a spring beside a damper (HYST). These have
+# nine parameters. The thesis set two of them by hand, because its data did not identify them.
 #
 # We ask for all nine at once, and for what the data do *not* say. **Synthetic data** with the
 # thesis' own numbers as truth.
@@ -54,9 +54,9 @@ mb.plot_posterior(muscle, mb.TABLE_1["coulomb"] | mb.TABLE_2, "muscle")
 # %% [markdown]
 # ## Read the wide ones
 #
-# Some posteriors are as wide as their priors. That is no failure of the sampler but the answer: at
-# rest the constant of the contraction and both minimum forces only add up to one length, and three
-# loads do not take them apart.
+# Some posteriors are as wide as their priors. That is no failure of the sampler but the answer. At
+# rest the constant of the contraction and both minimum forces only add up to one length. Three loads
+# do not separate them.
 
 # %%
 mb.identify(muscle)

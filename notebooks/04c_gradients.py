@@ -59,7 +59,7 @@ axes[1].set(xlabel="time [s]", ylabel="change for 1 % [deg]")
 axes[1].legend(ncols=4)
 
 # %% [markdown]
-# Two curves of the same shape cannot be told apart by this run. `mb.identify` counts with the same
+# Two curves of the same shape cannot be distinguished by this run. `mb.identify` counts with the same
 # derivatives.
 #
 # ## For the drive

@@ -4,8 +4,8 @@
 # **You will learn** how to predict a run that was not fitted, and what coverage and creep say.
 #
 # A model that fits its own data has shown little. Here it has to predict a sawtooth: fast heating to
-# 90 °C, cooling, and more load poured on in between. None of it was fitted; its first 30 % tell where
-# the potentiometer's zero lies and in what state the muscle began, and the rest is predicted.
+# 90 °C, cooling, and more load poured on in between. None of it was fitted. Its first 30 % identify
+# the potentiometer's zero and the muscle's initial state. The rest is predicted.
 #
 # **Synthetic data.** The muscle that made them obeys the model's equations, so the checks ought to
 # pass. On a real one they would show what is missing, and *Discovery* is about that.
@@ -43,9 +43,9 @@ mb.plot_prediction(prediction, check, sawtooth.metadata.origin)
 # %% [markdown]
 # ## Span by span
 #
-# A good average can hide a bad hour. The same checks, in ten spans of time: the mean PIT is 0.5
-# where readings lie evenly about the prediction, near 0 where the model is too high, near 1 where
-# it is too low.
+# A good average can hide a bad hour. Here are the same checks in ten spans of time. The mean PIT is
+# 0.5 where readings lie evenly about the prediction. It is near 0 where the model is too high, and
+# near 1 where it is too low.
 
 # %%
 check

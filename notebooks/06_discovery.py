@@ -4,9 +4,9 @@
 # **You will learn** how to find where a model disagrees with runs, and which effect it lacks.
 #
 # The thesis found its missing effect, coils that touch, by looking at a misfit until somebody had an
-# idea. Here that is a method: find *where* a model disagrees with the runs, weigh *which* effect of a
-# catalogue explains it, add it only if unseen readings are predicted better, and say "none" or
-# "unknown" when that is the truth.
+# idea. Here that is a method. Find *where* a model disagrees with the runs. Weigh *which* effect of a
+# catalogue explains it. Add it only if unseen readings are predicted better. Otherwise say "none" or
+# "unknown".
 #
 # To see whether it works we hide something. **Synthetic data**: four spring records of a rig in
 # whose bearing there is viscous friction, beside the dry friction that the model knows.
@@ -40,8 +40,8 @@ runs = mb.read_runs([folder])
 # %% [markdown]
 # ## Search
 #
-# One run is held out: it is predicted, never fitted. To be quick only a few candidates are tried
-# here. Without `candidates`, all that the runs could show are tried.
+# One run is held out: only its first part is used, for its own zero and start. To be quick only a few
+# candidates are tried here. Without `candidates`, all that the runs could show are tried.
 
 # %%
 found = mb.discover(runs, hold_out=["spring-4"], candidates=CANDIDATES)

@@ -49,9 +49,9 @@ for port, carries in PORTS.items():
 # %% [markdown]
 # ## The file
 #
-# What the class has to say: its name, its port, whether it can only take energy away, and for each
-# parameter the unit, a prior and the value at which the effect is *exactly* absent. The last one
-# makes the model with it contain the model without it, so that the two can be compared fairly.
+# The class states its name, its port, and whether it can only take energy away. For each parameter it
+# states the unit, a prior, and the value at which the effect is *exactly* absent. With that value the
+# model with the effect contains the model without it. So the two can be compared fairly.
 
 # %%
 source = '''"""Magnets in the axle."""

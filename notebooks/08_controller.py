@@ -41,8 +41,8 @@ muscle = mb.load(KEPT / "muscle.nc")
 # %% [markdown]
 # ## The population
 #
-# We have measured one specimen. It tells the mean of its kind as well as one specimen can; how much
-# muscles differ from each other is an assumption until more are measured.
+# We have measured one specimen. It identifies the mean of its kind as well as one specimen can. How
+# much muscles differ from each other is an assumption until more are measured.
 
 # %%
 population = mb.fit_population({"m1": muscle})
@@ -51,7 +51,7 @@ population
 # %% [markdown]
 # ## The heater
 #
-# How fast does a tube heat and cool? The temperatures of our own runs tell.
+# How fast does a tube heat and cool? The temperatures of our own runs show it.
 
 # %%
 heater = fit_heater(mb.load_example("sawtooth"))

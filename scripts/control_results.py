@@ -70,6 +70,8 @@ def main() -> None:
         ("pi", "pi-specimen"),
         ("two-degrees", "two-degrees-specimen"),
     )
+    head, _, rest = page.partition("\n\n")
+    page = f"{head}\n\nTerms: [glossary](glossary.md).\n\n{rest}"
     page += "\n## CVaR against laws that do not know the population\n\n"
     for law, other in pairs:
         told = list(result.compared(law, other).values())

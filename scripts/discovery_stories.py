@@ -53,17 +53,17 @@ def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
     keep_compiled_code()
     parts = [
-        "# The thesis' stories, told by discovery",
+        "# The thesis' open questions, answered by discovery",
         "",
         "Written by `scripts/discovery_stories.py`; do not edit. All data are SYNTHETIC: the shipped "
-        f"plan of nine runs, with an effect hidden. {HELD_OUT} was held out; the search saw nothing but "
-        "the files.",
+        f"plan of nine runs, with an effect hidden. {HELD_OUT} was held out. The search saw nothing but "
+        "the files. Terms: [glossary](glossary.md).",
         "",
     ]
     for hidden, title in STORIES.items():
         parts.append(tell(hidden, title, DOCS / "figures" / f"story-{hidden}.png"))
         (DOCS / "discovery-stories.md").write_text("\n".join(parts))
-        print(f"{hidden}: told", flush=True)
+        print(f"{hidden}: written", flush=True)
 
 
 if __name__ == "__main__":

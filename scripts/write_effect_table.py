@@ -15,8 +15,10 @@ GROUPS = {
 """Headings, and the ports whose effects stand below them."""
 HEAD = """# Which effect could my rig have?
 
-Written by `make effect-table`; do not edit. An effect corrects one quantity of the model.
-At its off values it changes nothing. Read what each does, and try what fits your rig:
+Written by `make effect-table`; do not edit. Terms: [glossary](glossary.md).
+
+An effect corrects one quantity of the model. At its off values it changes nothing. Read what each does, and
+try what fits your rig:
 
     muscle-bayes discover RUN... --hold-out NAME
     muscle-bayes fit RUN... --effect NAME --out POSTERIOR.nc

@@ -11,6 +11,7 @@ from muscle_bayes.control.judging.metrics import RUNAWAY, Metrics
 from muscle_bayes.control.judging.specification import Specification, cvar, wanted, within_reach
 from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.control.scenarios.thesis import load_sine, load_step, setpoint_sine, square, step
+from muscle_bayes.report.control_page import _page
 
 NOTHING = dict.fromkeys(Metrics._fields, np.nan)
 
@@ -117,6 +118,11 @@ def test_of_the_joints_that_some_input_can_serve():
     assert error == standard_error(share, 3)
     assert "Weak spots: s 50% (67% +-" in result.sentence()
     assert "of the 3 joints on which some input can" in result.sentence()
+    assert "Its gains are some." in result.sentence()
+    title, *_, first, _ = _page(result, {}, {}, "tune").split("\n\n")[:4]
+    assert title == "# Laws on new joints: results (simulated)"
+    assert first.startswith("**Use a: 50% (+-")
+    assert "of new joints meet every specification.** Its gains" in first
 
 
 def test_the_best_input_keeps_its_bounds_and_knows_what_is_out_of_reach(joints):

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import jupytext
 import pytest
 import typer
 from pages import DOCS, GUIDES, PROJECT, README
@@ -14,8 +15,9 @@ MOST = 35
 """Words of a sentence."""
 PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "index", "model", "conventions", "evidence", "glossary", "api", "gallery", "effects", "bench",
-    "protocol", "run-format", "architecture", "contributing", "control",
-))]  # fmt: skip
+    "protocol", "run-format", "architecture", "contributing", "control", "discovery", "rigs",
+    "control-results", "discovery-stories",
+)), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
 SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
 REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
@@ -39,6 +41,15 @@ def prose(text: str) -> list[str]:
     lines = [line for line in text.splitlines() if not re.match(r"\s*(\||#|:{3,}|>)", line)]
     text = re.sub(r"\n\s*(-|\d+\.) ", "\n\n", "\n".join(lines))
     return [" ".join(one.split()) for one in text.split("\n\n") if one.strip()]
+
+
+def prose_of(path: Path) -> list[str]:
+    """Prose of a page, or of a notebook's Markdown cells."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        cells = jupytext.reads(text, fmt="py:percent").cells
+        text = "\n\n".join(one.source for one in cells if one.cell_type == "markdown")
+    return prose(text)
 
 
 def sentences(paragraphs: list[str]) -> list[str]:
@@ -67,7 +78,7 @@ def shown_by_report(path: Path) -> list[str]:
 
 @pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.name)
 def test_sentences_of_pages_are_short(path):
-    assert too_long(prose(path.read_text(encoding="utf-8"))) == []
+    assert too_long(prose_of(path)) == []
 
 
 @pytest.mark.parametrize("path", REPORT, ids=lambda path: path.name)
@@ -83,8 +94,7 @@ def test_sentences_of_help_are_short(name):
 
 @pytest.mark.parametrize("path", [*PLAIN, *REPORT], ids=lambda path: path.name)
 def test_no_private_terms_in_pages_and_report(path):
-    text = path.read_text(encoding="utf-8")
-    shown = " ".join(shown_by_report(path) if path in REPORT else prose(text))
+    shown = " ".join(shown_by_report(path) if path in REPORT else prose_of(path))
     shown = re.sub(r"`[^`]*`|\{[^}]*\}", "", shown)  # names of the code are what they are
     assert [term for term in PRIVATE if re.search(term, shown, re.IGNORECASE)] == []
 

@@ -25,7 +25,11 @@ def discover(
     out: FolderOption = Path("reports/discovery"),
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Only predict this run; may be repeated."),
+        typer.Option(
+            metavar="NAME",
+            help="Predict this run. Only its first part is used, for its own zero and start. "
+            "May be repeated.",
+        ),
     ] = None,
     friction: FrictionOption = "coulomb",
     effect: EffectOption = None,

@@ -54,7 +54,9 @@ class Visibility:
         seen = [name for name in self.share if name not in self.unseen]
         lines = [f"These runs could show: {', '.join(seen) or 'none of the candidates'}."]
         if self.unseen:
-            lines.append(f"They would mostly not show: {', '.join(self.unseen)}.")
+            lines.append(
+                f"Most strengths that the prior allows would not show: {', '.join(self.unseen)}."
+            )
         if self.alike:
             pairs = "; ".join(" and ".join(pair) for pair in self.alike)
             lines.append(f"They cannot separate: {pairs}.")

@@ -85,11 +85,15 @@ def draw_figures(result: Judgement, bank: Bank, found: Mapping[str, Loop], folde
 def _page(
     result: Judgement, found: Mapping[str, Loop], edges: Mapping[str, Sequence[str]], command: str
 ) -> str:
+    first, _, others = result.sentence().partition(". ")
     parts = [
-        "# Gains for joints that have not been built yet\n",
-        f"Written by `{command}`; do not edit. {result.draws} new joints; numbers in brackets are Monte "
+        "# Laws on new joints: results (simulated)\n",
+        f"Written by `{command}`; do not edit. {result.draws} new joints. Numbers in brackets are Monte "
         "Carlo errors or 90 % of the joints.\n",
-        f"**{result.sentence()}**\n",
+        f"**{first}.** {others}\n",
+        "The number in a scenario's name is its frequency in Hz. Limits are the defaults, or those that "
+        "were chosen, eased to 1.5 times what the best input reaches. Where a scenario is out of reach, "
+        "the joint only has to stay below 100 C and not run away. *Duty* is heater power from 0 to 255.\n",
         *(f"- {note}" for note in result.notes),
         "\n## What is asked\n",
         _asked(result),

@@ -119,8 +119,8 @@ class Judgement:
                 continue
             higher = [k for k, v in self.compared(law, other).items() if v == "higher"]
             if higher:
-                lost.append(f"to {other} in {', '.join(higher)}")
-        worse = f"It loses {'; '.join(lost)}." if lost else "No other law beats it in any scenario."
+                lost.append(f"It loses to {other} in {', '.join(higher)}.")
+        worse = " ".join(lost) or "No other law beats it in any scenario."
         chances = {one.name: self.probability(law, one.name)[0] for one in self.scenarios}
         weak = [name for name, chance in chances.items() if chance < RELIABLE]
         told = ", ".join(
@@ -129,8 +129,9 @@ class Judgement:
         others = [chance for name, chance in chances.items() if name not in weak]
         least = f" Every other scenario: at least {min(others):.0%}." if weak and others else ""
         return (
-            f"Use {law} ({self.gains[law].sentence()}). Of new joints {share:.0%} (+-{error:.1%}) meet "
-            f"every specification.{f' Weak spots: {told}.' if weak else ''}{least} {worse}"
+            f"Use {law}: {share:.0%} (+-{error:.1%}) of new joints meet every specification. "
+            f"Its gains are {self.gains[law].sentence()}.{f' Weak spots: {told}.' if weak else ''}{least} "
+            f"{worse}"
         )
 
     def _of_possible(self, law: str, scenario: str) -> str:
