@@ -12,6 +12,7 @@ import numpy as np
 
 from muscle_bayes.criticism.compare import compare
 from muscle_bayes.data import read_run, read_runs
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predictive import predict_runs
 from muscle_bayes.inference.posteriors.summary import summarise
@@ -147,4 +148,8 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    try:
+        main(Path(sys.argv[1]))
+    except MuscleBayesError as error:
+        print(f"Error: {error}", file=sys.stderr)
+        sys.exit(2)

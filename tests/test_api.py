@@ -109,6 +109,28 @@ def test_a_plant_takes_the_parameters_of_run_muscle_and_effects():
         )
 
 
+def test_an_unknown_friction_is_told():
+    runs = mb.load_example("spring-1")
+    told = r"friction 'dry' is not known\. Fix: use coulomb or linear\."
+    with pytest.raises(mb.MuscleBayesError, match=told):
+        mb.fit(runs, "dry", progress=False)
+    with pytest.raises(mb.MuscleBayesError, match=told):
+        mb.plant_of(runs[0], TABLE_1["coulomb"], "dry")
+
+
+@pytest.mark.parametrize("runs", ["x.csv", Path("x.csv"), ["x.csv"]])
+def test_paths_are_read_before_they_are_fitted(runs):
+    for function in (mb.fit, mb.discover, mb.calibration_model):
+        with pytest.raises(mb.MuscleBayesError, match=r"read first\. Fix: .*mb\.read_runs\(\["):
+            function(runs)
+
+
+def test_one_path_is_one_run():
+    path = mb.load_example("spring-1")[0].path
+    for one in (path, str(path)):
+        assert [run.name for run in mb.read_runs(one)] == ["spring-1"]
+
+
 @pytest.fixture(scope="module")
 def little() -> pytest.MonkeyPatch:
     """Fits sample little, and each set of runs once."""

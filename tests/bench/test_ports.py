@@ -4,12 +4,14 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from fake_bench import FakeBench, FakeBoard, FakeLine
+from typer.testing import CliRunner
 
 from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.ports import PortError, PortFinder
 from muscle_bayes.bench.boards.transport import TransportError
 from muscle_bayes.bench.meters import kinds
 from muscle_bayes.bench.meters.meter import Meter, MeterError, Reading, first_reading
+from muscle_bayes.cli import app
 from muscle_bayes.errors import MuscleBayesError
 
 
@@ -98,6 +100,20 @@ def test_what_is_missing_is_told(machine):
     machine.ports = ["mute", "sensor"]
     with pytest.raises(PortError, match=r"no heater board was found \(mute: no board; sensor: a"):
         machine.finder().devices().open()
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        (["sensors"], "tied to GND.\n"),
+        (["calibrate", "--stops", "-1.2", "1.2"], "Without a bench, give --simulate.\n"),
+    ],
+)
+def test_without_a_board_only_options_of_the_command_are_named(monkeypatch, command, told):
+    monkeypatch.setattr("serial.tools.list_ports.comports", list)
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 2
+    assert result.stderr.endswith(told)
 
 
 def test_no_port_at_all(machine):

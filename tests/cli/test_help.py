@@ -33,6 +33,18 @@ def test_help_shows_two_examples_that_are_taken_and_the_exit_codes(name, tmp_pat
     assert EXIT_CODES in told.output
 
 
+RIGS = {
+    "hold": "Tables of the joint, as in NAME.toml; required with --real.",
+    "track": "Tables of the joint, as in NAME.toml; required with --real.",
+    "calibrate": "Rig whose endstops are used: the tables of any run's NAME.toml.",
+}
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_help_of_a_rig_names_what_the_command_has(name):
+    assert RIGS[name] in [one.help for one in COMMANDS[name].params if one.name == "rig"]
+
+
 def test_every_command_is_in_a_group():
     grouped = [one.__name__.replace("_", "-") for commands in GROUPS.values() for one in commands]
     assert sorted(grouped) == sorted(COMMANDS)
@@ -76,6 +88,15 @@ def test_interruption_ends_with_130_and_one_line(monkeypatch):
         (["effects", "coil-contcat"], "Did you mean 'coil-contact'?"),
         (["inspect", "data/sawtoth.csv"], "Did you mean 'sawtooth.csv'?"),
         (["check", "no.nc", "data"], "there is no such file"),
+        (["show", "data/spring-1.csv"], "is not a NetCDF file. Fix: name a posterior that"),
+        (
+            ["tune", "data/spring-1.csv", "--out", "no.toml"],
+            "is not a NetCDF file. Fix: name a posterior that",
+        ),
+        (
+            ["track", "foo", "--out", "no-folder"],
+            "SCENARIO foo is not known. Fix: use a file, or one of ",
+        ),
     ],
 )
 def test_a_mistake_ends_with_2_and_says_what_was_meant(arguments, wanted):

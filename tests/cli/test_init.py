@@ -84,6 +84,28 @@ def test_what_it_took_is_written_with_the_reason(log):
     assert "# stops =" in text
 
 
+def test_milliseconds_with_decimals_are_asked_for(log):
+    rows = [f"{33.3 * n:.1f},{x}" for n, x in enumerate(SWING)]
+    log.write_text("\n".join(["time,angle_deg", *rows]))
+    result = init(log, "--no-ask")
+    assert result.exit_code == 2
+    assert (
+        "Unit of 'time', whose rows lie 33.3 apart (s, ms, us). Fix: give --time-unit"
+        in result.stderr
+    )
+    assert init(log, "--no-ask", "--time-unit", "ms").exit_code == 0
+    assert read_run(log).duration == pytest.approx(9.96, abs=0.01)
+
+
+def test_a_slow_log_in_seconds_is_taken_as_such(log):
+    rows = [f"{30.02 * n:.2f},{10 + 8 * np.sin(n / 60):.3f}" for n in range(300)]
+    log.write_text("\n".join(["time,angle_deg", *rows]))
+    assert init(log, "--no-ask").exit_code == 0
+    assert (
+        'time_unit = "s"  # ASSUMED: the log names no unit' in log.with_suffix(".toml").read_text()
+    )
+
+
 def test_json_of_what_it_found(log, tmp_path):
     assert init(log, "--json", tmp_path / "facts.json").exit_code == 0
     facts = json.loads((tmp_path / "facts.json").read_text())
@@ -120,7 +142,7 @@ def test_no_log(log, content, told):
 
 
 def test_no_file(tmp_path):
-    assert "is missing" in init(tmp_path / "absent.csv").stderr
+    assert "no such file" in init(tmp_path / "absent.csv").stderr
     assert "is metadata, not a log" in init(tmp_path / "a.toml").stderr
 
 
@@ -132,6 +154,20 @@ def test_a_log_that_is_guessed_but_not_read_says_why(log):
     assert result.exit_code == 2
     assert "Traceback" not in result.output
     assert "time stamp of the row before" in result.stderr
+    assert "swing.toml, not written:" in result.stdout
+    assert not log.with_suffix(".toml").exists()
+
+
+@pytest.mark.parametrize("unit", [["--position-unit", "furlong"], ["--time-unit", "parsec"]])
+def test_a_wrong_unit_leaves_nothing_behind(log, unit):
+    log.write_text(newcomer("Zeit;Winkel"))
+    right = {"--position-unit": "deg", "--time-unit": "ms"}
+    wrong = init(
+        log, "--no-ask", *(word for pair in (right | {unit[0]: unit[1]}).items() for word in pair)
+    )
+    assert wrong.exit_code == 2
+    assert not log.with_suffix(".toml").exists()
+    assert init(log, "--no-ask", *(word for pair in right.items() for word in pair)).exit_code == 0
 
 
 OPTIONS = {

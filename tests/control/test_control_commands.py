@@ -54,9 +54,12 @@ def test_tune_writes_gains_that_the_bench_can_run(files):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--spec", "speed=3"), "no METRIC=LIMIT"),
-        (("--spec", "overshoot=-1"), "no METRIC=LIMIT"),
-        (("--scenario", "jump"), "is not known"),
+        (
+            ("--spec", "settling=3"),
+            "unknown metric 'settling'. Did you mean 'settling_time'? Fix: use",
+        ),
+        (("--spec", "overshoot=-1"), "the limit is no positive number. Fix: write METRIC=LIMIT"),
+        (("--scenario", "jump"), "--scenario jump is not known. Fix: use a file, or one of"),
     ],
 )
 def test_what_cannot_be_tuned_is_told(files, arguments, told):

@@ -86,7 +86,9 @@ def test_nonsense_gets_a_message_that_names_file_and_key(text, told, tmp_path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(MuscleBayesError, match=r"g\.toml.*missing"):
+    with pytest.raises(
+        MuscleBayesError, match=r"g\.toml.*no such file\. Fix: write them with `muscle-bayes tune`"
+    ):
         read_gains(tmp_path / "g.toml")
 
 

@@ -205,7 +205,12 @@ REFUSED = {
     "missing column": (
         header_with("Setpoint B (C), ", ""),
         None,
-        ["row 1", "'Setpoint B (C)'", "expected, not found", "did you mean"],
+        ["row 1", "'Setpoint B (C)'", "expected, not found", "Fix: name that column so, or write"],
+    ),
+    "shortened column": (
+        header_with("Potentiometer Reading", "Pot"),
+        None,
+        ["Fix: rename 'Pot', or write [columns] with `muscle-bayes init stairs.csv --overwrite`."],
     ),
     "misspelt column": (header_with("(s)", "[s]"), None, ["'Time (s)'", "found 'Time [s]'"]),
     "duplicate column": (

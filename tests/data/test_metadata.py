@@ -76,15 +76,34 @@ def swap(old, new):
 
 REFUSED = {
     "syntax": (swap('"synthetic"', "synthetic"), ["line 3", "not valid TOML", "quotes"]),
+    "syntax of the last line": (
+        TOML + "x = [1,\n\n",
+        [f"stairs.toml, line {len(TOML.splitlines()) + 1}: not", "quotes"],
+    ),
     "key twice": (swap("[fixture]", "[fixture]\nstops = [0.0, 1.0]"), ["TOML", "line"]),
-    "no format's number": (swap("format = 1", "format = 2"), ["key format", "2 is not known", "1"]),
+    "no format's number": (
+        swap("format = 1", "format = 2"),
+        ["key format", "2 is not known", "Fix: write format = 1."],
+    ),
     "no protocol": (without("protocol"), ["key protocol", "missing", "add protocol"]),
     "no element a": (
         TOML.replace("[element_a]", "[element_b]", 1).rsplit("[element_b]", 1)[0],
-        ["key element_a", "missing"],
+        [
+            "key element_a",
+            "missing",
+            'add the table [element_a] with kind = "muscle", "spring", "arm" or "none".',
+        ],
+    ),
+    "no origin": (
+        without("origin"),
+        ['key origin: missing. Fix: add origin = "measured" (or "synth'],
+    ),
+    "two at once": (
+        without("origin", "protocol"),
+        ["stairs.toml, key protocol: missing", '"imposed").\n', "stairs.toml, key origin: missing"],
     ),
     "unknown protocol": (swap("staircase", "stairs"), ["key protocol", "did you mean 'staircase'"]),
-    "unknown origin": (swap('"synthetic"', '"guess"'), ["key origin", "synthetic, measured"]),
+    "unknown origin": (swap('"synthetic"', '"guess"'), ["key origin", "measured, synthetic"]),
     "misspelt key": (
         swap("disc_radius", "disk_radius"),
         ["key fixture.disk_radius", "unknown key", "did you mean 'disc_radius'"],
@@ -217,6 +236,7 @@ def test_refused(tmp_path, kind):
         read_metadata(path)
     for words in ["stairs.toml", "Fix: ", *told]:
         assert words in str(caught.value)
+    assert "?." not in str(caught.value)
 
 
 def test_not_utf8(tmp_path):
@@ -225,5 +245,5 @@ def test_not_utf8(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(RunError, match=r"absent\.toml.*missing.*Fix"):
+    with pytest.raises(RunError, match=r"absent\.toml: no such file\. Fix: correct the path"):
         read_metadata(tmp_path / "absent.toml")

@@ -176,8 +176,12 @@ def test_missing_files(write, tmp_path):
     path.with_suffix(".toml").unlink()
     with pytest.raises(RunError, match=r"stairs\.toml.*metadata is missing.*init stairs\.csv"):
         read_runs([path.parent])
-    with pytest.raises(RunError, match=r"absent\.csv.*log is missing"):
-        read_run(tmp_path / "absent.csv")
+    for absent in ("absent.csv", "absent.toml"):
+        with pytest.raises(RunError, match=f"{absent}: no such file. Fix: correct the path."):
+            read_runs(tmp_path / absent)
+    (tmp_path / "truth.toml").write_text("")
+    with pytest.raises(RunError, match=r"truth\.toml: no log lies beside it, such as truth\.csv"):
+        read_run(tmp_path / "truth.toml")
     with pytest.raises(RunError, match="no such file or folder"):
         read_run(tmp_path / "absent")
     with pytest.raises(RunError, match=r"neither NAME\.csv nor NAME\.toml"):

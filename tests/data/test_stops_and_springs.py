@@ -32,6 +32,13 @@ def test_readings_beyond_them_are_an_error(read, stops):
         read(content=csv().encode(), toml=with_stops(*stops))
 
 
+def test_counts_that_are_stated_as_degrees_are_told_so(read):
+    counts = np.rint(511 + 100 * np.cos(7 * TIME)).astype(int)
+    metadata = with_stops(-0.75, 0.75).replace('"rad"', '"deg"')
+    with pytest.raises(RunError, match=r"Fix: is position_unit right \(readings of 611 look like"):
+        read(content=csv(positions=counts).encode(), toml=metadata)
+
+
 def test_stops_allow_for_the_zero_of_a_potentiometer(read):
     counts = np.rint(512 + SWING / 0.005).astype(int).astype(str)
     metadata = with_stops(-0.75, 0.75).replace('"rad"', '"counts"')

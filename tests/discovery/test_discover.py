@@ -63,7 +63,7 @@ def test_names_that_no_run_has(tmp_path: Path) -> None:
     runs = read_runs([tmp_path])
     with pytest.raises(MuscleBayesError, match=r"no such run\. Fix: name one of spring-1"):
         discover(runs, hold_out=["other"])
-    with pytest.raises(MuscleBayesError, match="every run is held out"):
+    with pytest.raises(MuscleBayesError, match=r"every run is held out\. Fix: leave out one"):
         discover(runs, hold_out=["spring-1"])
     assert "coil-contact" not in applicable(runs, ())
     assert "viscous-friction" not in applicable(runs, ["viscous-friction"])

@@ -177,6 +177,19 @@ def test_what_is_not_unknown_is_told() -> None:
         calibration_model(runs, effects=("nothing",))
 
 
+WRONG_PRIORS = {
+    "a number": (0.003, r"'J' is 0.003, not a distribution. Fix: give a NumPyro distribution"),
+    "any sign": (dist.Normal(0.0, 1.0), r"'J' allows negative values. Fix: .* such as LogNormal"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_PRIORS)
+def test_priors_that_cannot_be(kind: str) -> None:
+    given, told = WRONG_PRIORS[kind]
+    with pytest.raises(MuscleBayesError, match=told):
+        calibration_model(read_runs(DATA / "spring-1.csv"), priors={"J": given})
+
+
 def test_nuts_finds_what_made_a_spring_run() -> None:
     model = calibration_model(read_runs([DATA / "spring-1.csv"]))
     priors = model.problem.data.priors

@@ -59,7 +59,10 @@ def test_the_truth_explains_a_held_muscle(name: str) -> None:
     one = example(name)
     inner = {name: value for name, value in one.truth.items() if "." not in name}
     # Priors by these names, so that the parameters of Table 2 are sampled; their width does not matter.
-    fixed = {key: dist.Normal(value, abs(value)) for key, value in inner.items()}
+    fixed = {
+        key: dist.LogNormal(np.log(value), 1.0) if value > 0 else dist.Normal(value, abs(value))
+        for key, value in inner.items()
+    }
     problem = pose([read(one)], priors=fixed)
     values = {
         name: np.asarray(one.truth.get(name, 0.0)) * np.ones(site.prior.shape())

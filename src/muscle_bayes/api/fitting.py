@@ -47,8 +47,8 @@ def fit(
         are not to be used, and `complaints` says why.
 
     Raises:
-        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown effects,
-            priors and efforts, and where `given` has another friction.
+        MuscleBayesError: for runs that cannot be fitted together or simulated, for unknown friction,
+            effects, priors and efforts, and where `given` has another friction.
 
     Example:
         >>> import muscle_bayes as mb

@@ -12,7 +12,7 @@ from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.inference.records.rig import has_muscle, rig, with_parameters
 from muscle_bayes.physics.effects import effect_type
-from muscle_bayes.physics.friction import FRICTION_LAWS
+from muscle_bayes.physics.friction import friction_law
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
 
@@ -41,7 +41,7 @@ def plant_of(
         The plant.
 
     Raises:
-        MuscleBayesError: where a parameter is missing, and for unknown effects.
+        MuscleBayesError: where a parameter is missing, and for unknown friction and effects.
 
     Example:
         >>> import muscle_bayes as mb
@@ -63,7 +63,7 @@ def plant_of(
         if has_muscle(run)
         else None
     )
-    law = FRICTION_LAWS[friction](values["D"])
+    law = friction_law(friction)(values["D"])
     own = {name: jnp.asarray(values[name]) for name in parts}
     plant = with_parameters(rig(run.metadata), values.get("J"), law, muscle, own)
     for name in effects:

@@ -79,8 +79,13 @@ def load_joints(
     return draws, notes
 
 
-def chosen_scenarios(names: list[str] | None, period: float) -> "list[Scenario]":
-    """Scenarios by name or from files; the thesis' nine where none is named."""
+def chosen_scenarios(
+    names: list[str] | None, period: float, called: str = "--scenario"
+) -> "list[Scenario]":
+    """Scenarios by name or from files; the thesis' nine where none is named.
+
+    `called` is what the command calls them.
+    """
     from muscle_bayes.control.scenarios.scenario_file import read_scenario
     from muscle_bayes.control.scenarios.thesis import harder_scenarios, thesis_scenarios
 
@@ -93,8 +98,10 @@ def chosen_scenarios(names: list[str] | None, period: float) -> "list[Scenario]"
         elif name.endswith(".toml"):
             chosen.append(read_scenario(Path(name), period))
         else:
-            meant = did_you_mean(name, known) or f"use a file, or one of {', '.join(known)}"
-            raise MuscleBayesError(f"--scenario {name}: is not known. Fix: {meant}")
+            raise MuscleBayesError(
+                f"{called} {name} is not known.{did_you_mean(name, known)} "
+                f"Fix: use a file, or one of {', '.join(known)}."
+            )
     return chosen or standard
 
 
@@ -110,10 +117,16 @@ def chosen_limits(texts: list[str] | None) -> dict[str, float]:
             limit = float(number)
         except ValueError:
             limit = -1.0
-        if name not in known or not 0.0 < limit < float("inf"):
+        if name not in known:
             raise MuscleBayesError(
-                f"--spec {text}: is no METRIC=LIMIT. Fix: use one of {', '.join(sorted(known))} and a "
-                f"positive number, in s, rad, 1 or C, such as peak_temperature={HOTTEST:g}"
+                f"--spec {text}: unknown metric {name!r}.{did_you_mean(name, known)} "
+                "Fix: use settling_time or recovery_time [s], overshoot or steady_error [rad], "
+                "tracking [1], peak_temperature [C]."
+            )
+        if not 0.0 < limit < float("inf"):
+            raise MuscleBayesError(
+                f"--spec {text}: the limit is no positive number. "
+                f"Fix: write METRIC=LIMIT, such as peak_temperature={HOTTEST:g}."
             )
         limits[name] = limit
     return limits

@@ -94,7 +94,7 @@ def init(
         raise RunError.at(log, "is metadata, not a log", "name the log")
     if target.exists() and not overwrite:
         raise RunError.at(target, "exists", "give --overwrite to replace it, or another --out")
-    content = read_bytes(log, "the log")
+    content = read_bytes(log)
     guess = guess_log(content, log)
     answers = Answers(
         time=time,
@@ -110,18 +110,18 @@ def init(
     )
     _complete(answers, guess, sys.stdin.isatty() if ask is None else ask)
     text = draft_of(guess, answers).text(log.name)
-    write_whole(target, text.encode())
-    typer.echo(f"{target}:\n\n{text}")
     facts: dict[str, Any] = guess.facts() | {"metadata": target, "toml": text}
     error: MuscleBayesError | None = None
     try:
         run = run_from_bytes(content, text.encode(), log, target)
-        typer.echo(repr(run))
+        write_whole(target, text.encode())
+        typer.echo(f"{target}:\n\n{text}\n{run!r}")
         for repair in run.repairs:
             typer.echo(f"repaired: {repair}")
         facts |= {"rows": len(run.table), "repairs": [str(repair) for repair in run.repairs]}
     except MuscleBayesError as found:
         error = found
+        typer.echo(f"{target}, not written:\n\n{text}")
         facts |= {"error": str(found)}
     if json is not None:
         write_json(json, facts)

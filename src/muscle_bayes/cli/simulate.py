@@ -43,7 +43,7 @@ def simulate(
         typer.Option(
             metavar="NAME[:PARAM=VALUE,...]",
             help="Hidden effect, e.g. coil-contact:stiffness=150,onset=0.02; repeatable. "
-            "docs/model.md lists them.",
+            "`muscle-bayes effects` lists them.",
         ),
     ] = None,
     rig: Annotated[

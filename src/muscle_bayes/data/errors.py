@@ -28,4 +28,5 @@ class RunError(MuscleBayesError):
         if key is not None:
             place.append(f"key {key}")
         ending = "" if problem.endswith("?") else "."
-        return cls(f"{', '.join(place)}: {problem.rstrip('.')}{ending} Fix: {fix.rstrip('.')}.")
+        end = "" if fix.endswith("?") else "."
+        return cls(f"{', '.join(place)}: {problem.rstrip('.')}{ending} Fix: {fix.rstrip('.')}{end}")

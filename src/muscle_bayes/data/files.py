@@ -1,5 +1,6 @@
 """Bytes of a run's files."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, Final
@@ -24,27 +25,33 @@ LOG_SUFFIXES: Final = (
 def log_beside(metadata: Path) -> Path:
     """The log that belongs to NAME.toml: the file of that name that ends in one of LOG_SUFFIXES.
 
-    NAME.csv where there is none, or where there are several and it is one of them. Raises RunError
+    NAME.csv where there are several and it is one of them. Raises RunError where there is none, and
     where there are several others.
     """
     logs = [path for suffix in LOG_SUFFIXES if (path := metadata.with_suffix(suffix)).exists()]
     usual = metadata.with_suffix(".csv")
-    if not logs or usual in logs:
+    if usual in logs:
         return usual
+    if not logs:
+        read_bytes(metadata)
+        raise RunError.at(
+            metadata,
+            f"no log lies beside it, such as {usual.name}",
+            "name a run, or put its log there",
+        )
     if len(logs) > 1:
         names = ", ".join(path.name for path in logs)
         raise RunError.at(metadata, f"several logs belong to it: {names}", "keep one, or name it")
     return logs[0]
 
 
-def read_bytes(path: Path, what: str) -> bytes:
-    """Content of a file; `what` names its part in the run. Raises RunError."""
+def read_bytes(path: Path, fix: str = "correct the path") -> bytes:
+    """Content of a file; `fix` says what to do where there is none. Raises RunError."""
     try:
         return path.read_bytes()
     except FileNotFoundError:
         near = did_you_mean(path.name, _names_beside(path))
-        problem = f"{what} is missing.{near}" if near else f"{what} is missing"
-        raise RunError.at(path, problem, f"put {path.name} there") from None
+        raise RunError.at(path, f"no such file.{near}" if near else "no such file", fix) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunError.at(path, f"cannot be read: {reason}", "check the file") from None
@@ -64,6 +71,12 @@ def parse_toml(content: bytes, path: Path | str) -> dict[str, Any]:
             path, f"line {line} is not UTF-8 text", "save the file as UTF-8"
         ) from None
     except tomllib.TOMLDecodeError as error:
+        said, _, place = str(error).partition(" (at ")
+        named = re.match(r"line (\d+)", place)
+        # At the end of the document the parser names none: the last line that is not empty.
+        number = int(named[1]) if named else content.rstrip().count(b"\n") + 1
         raise RunError.at(
-            path, f"not valid TOML: {error}", "correct that line; text needs quotes"
+            f"{path}, line {number}",
+            f"not valid TOML: {said}",
+            "correct that line; text needs quotes",
         ) from None

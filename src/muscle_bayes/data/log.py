@@ -36,7 +36,7 @@ HEADER: Final[tuple[str, ...]] = (
     "Temperature Update",
     "Potentiometer Reading",
 )
-"""The fixture's own header, as the thesis' script writes it."""
+"""The bench's own header, as the thesis' script writes it."""
 
 _FIXTURE_COLUMNS: Final[dict[str, str | int]] = {
     "time": HEADER[0],
@@ -80,7 +80,7 @@ def parse_log(
     Args:
         content: the file's bytes.
         path: serves the messages, and its suffix says whether tabs separate columns.
-        columns: as in the metadata; None = the fixture's own header.
+        columns: as in the metadata; None = the bench's own header.
         layout: as in the metadata; None = a plain CSV.
 
     Raises:
@@ -124,7 +124,7 @@ def assemble(
         rows: all rows of cells.
         broken: lines that are no rows because a quote in them is not closed.
         path: serves the messages.
-        columns: as in the metadata; None = the fixture's own header.
+        columns: as in the metadata; None = the bench's own header.
         layout: as in the metadata.
         ended: whether the last line has its line end.
         repairs: what was repaired before.
@@ -141,12 +141,10 @@ def assemble(
     width = len(header) if layout.header else usual_width(rows)
     hint = why_not_there(rows, names, layout, width) if layout.header else ""
     labels = header if layout.header else [f"column {i + 1}" for i in range(width)]
-    places = {
-        key: place(labels, name, path, row, columns is None, hint) for key, name in names.items()
-    }
-    if columns is None:
-        for name in HEADER:
-            place(header, name, path, row, True)
+    own = HEADER if columns is None else ()
+    places = {key: place(labels, name, path, row, own, hint) for key, name in names.items()}
+    for name in own:
+        place(header, name, path, row, own)
     rows, cut = without_cut_row(rows, width, ended)
     rows, blank = without_blank_rows(rows)
     repairs += blank

@@ -63,11 +63,11 @@ def read_run(path: Path | str) -> Run:
         raise RunError.at(path, "is neither NAME.csv nor NAME.toml", "name one of the run's files")
     log_path = log_beside(path) if path.suffix.lower() == ".toml" else path
     metadata_path = path.with_suffix(".toml")
-    log = read_bytes(log_path, "the run's log")
+    log = read_bytes(log_path)
     if not metadata_path.exists():
         fix = f"write it with `muscle-bayes init {log_path.name}`"
         raise RunError.at(metadata_path, "the run's metadata is missing", fix)
-    about = read_bytes(metadata_path, "the run's metadata")
+    about = read_bytes(metadata_path)
     return run_from_bytes(log, about, log_path, metadata_path)
 
 
@@ -80,7 +80,12 @@ def run_from_bytes(log: bytes, about: bytes, log_path: Path, metadata_path: Path
     if metadata.thermometer_log is None:
         return _read(log, metadata, log_path, about)
     beside = path_of(log_path, metadata)
-    other = _read(read_bytes(beside, "the log of temperatures"), of_second(metadata), beside, b"")
+    other = _read(
+        read_bytes(beside, "put it there, or correct thermometer_log.file"),
+        of_second(metadata),
+        beside,
+        b"",
+    )
     return joined(_read(log, of_first(metadata), log_path, about), other, metadata)
 
 
@@ -114,11 +119,12 @@ def _run(raw: RawLog, metadata: Metadata, path: Path, checksum: str) -> Run:
     )
 
 
-def read_runs(paths: Sequence[Path | str]) -> list[Run]:
+def read_runs(paths: Sequence[Path | str] | Path | str) -> list[Run]:
     """Read runs, and repair by stated rules what can be repaired.
 
     Args:
-        paths: the log or the NAME.toml of each run; a folder stands for every run in it, sorted.
+        paths: the log or the NAME.toml of each run, or of one; a folder stands for every run in it,
+            sorted.
 
     Returns:
         The runs, in the order in which they were named. Readings are in the log's own unit, times in
@@ -138,8 +144,8 @@ def read_runs(paths: Sequence[Path | str]) -> list[Run]:
     return [read_run(path) for path in find_runs(paths)]
 
 
-def find_runs(paths: Sequence[Path | str]) -> list[Path]:
-    """The log of every run named.
+def find_runs(paths: Sequence[Path | str] | Path | str) -> list[Path]:
+    """The log of every run named, or of the one.
 
     A folder stands for every CSV in it, and for every log of another kind that has a NAME.toml.
 
@@ -147,7 +153,7 @@ def find_runs(paths: Sequence[Path | str]) -> list[Path]:
         RunError: there is none, or two share a name.
     """
     logs: list[Path] = []
-    for path in map(Path, paths):
+    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
         found = _in_folder(path) if path.is_dir() else [path]
         if not found:
             raise RunError.at(path, "no runs: the folder holds no CSV", "name a folder of runs")

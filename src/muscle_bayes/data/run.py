@@ -1,6 +1,6 @@
 """One experiment: its table, its metadata, its sensor and what was repaired."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
@@ -17,6 +17,7 @@ from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.clock import gaps
 from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.sensor import Sensor, force_sensor_of, grid_step, sensor_of
+from muscle_bayes.errors import MuscleBayesError
 
 COLUMNS = (
     "time",
@@ -214,3 +215,11 @@ class Run:
             f"{self.measured} in {self.unit}",
             f"{repairs} repairs" if repairs else "no repairs",
         ]
+
+
+def refuse_unread(runs: Sequence[Run]) -> None:
+    """Raise MuscleBayesError where paths are given instead of runs."""
+    if isinstance(runs, str | Path) or not all(isinstance(run, Run) for run in runs):
+        raise MuscleBayesError(
+            "runs must be read first. Fix: read them, as in mb.fit(mb.read_runs([...]))."
+        )

@@ -14,9 +14,12 @@ from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import parse_toml, read_bytes
 
 
-def read_table[T: BaseModel](path: Path, model: type[T], what: str) -> T:
-    """A TOML file as a model; `what` names it in messages. Raises RunError naming file, key and fix."""
-    content = read_bytes(path, what)
+def read_table[T: BaseModel](path: Path, model: type[T], fix: str = "correct the path") -> T:
+    """A TOML file as a model; `fix` says what to do where there is none.
+
+    Raises RunError naming file, key and fix.
+    """
+    content = read_bytes(path, fix)
     return parse_table(content, path, model)
 
 
@@ -28,25 +31,25 @@ def parse_table[T: BaseModel](content: bytes, path: Path | str, model: type[T]) 
 
 @contextmanager
 def faults_told(path: Path | str, model: type[BaseModel], also: str = "") -> Iterator[None]:
-    """Raise RunError for what pydantic finds wrong; `also` is added to the fix."""
+    """Raise RunError for all that pydantic finds wrong, one a line; `also` is added to each fix."""
     try:
         yield
     except ValidationError as error:
-        key, problem, fix = explain(error, model)
-        raise RunError.at(path, problem, fix + also, key=key) from None
+        told = [
+            str(RunError.at(path, problem, fix + also, key=key))
+            for key, problem, fix in explain(error, model)
+        ]
+        raise RunError("\n".join(told)) from None
 
 
-def explain(error: ValidationError, model: type[BaseModel]) -> tuple[str, str, str]:
-    """Key, problem and fix of the first fault, with the number of the others.
+def explain(error: ValidationError, model: type[BaseModel]) -> list[tuple[str, str, str]]:
+    """Key, problem and fix of every fault.
 
     Entries of arrays are counted from 1. A validator's own message reads "key: problem; fix".
     """
     # Unknown keys first: a misspelt key is also the reason for a missing one.
     found = sorted(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
-    key, problem, fix = _explain(found[0], model)
-    if len(found) > 1:
-        fix = f"{fix} ({len(found) - 1} more after this one)"
-    return key, problem, fix
+    return [_explain(detail, model) for detail in found]
 
 
 def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, str]:
@@ -59,13 +62,17 @@ def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, st
             hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
             return key, "unknown key", f"remove it or correct its name; {hint}"
         case "missing":
-            return key, "missing", f"add {parts[-1]}"
+            return key, "missing", f"add {_absent(parts[-1], key, models)}"
         case "union_tag_not_found":
             return f"{key}.kind", "missing", f"add kind, one of {', '.join(_kinds(models))}"
         case "union_tag_invalid":
             return _choice(f"{key}.kind", detail["input"].get("kind"), _kinds(models))
         case "literal_error":
             choices = re.findall(r"'([^']*)'|(-?\d+)", detail["ctx"]["expected"])
+            if len(choices) == 1:
+                ((text, number),) = choices
+                only = f'"{text}"' if text else number
+                return key, f"{detail['input']!r} is not known", f"write {parts[-1]} = {only}"
             return _choice(key, detail["input"], [text or number for text, number in choices])
         case "value_error":
             inner, _, rest = detail["msg"].removeprefix("Value error, ").partition(": ")
@@ -74,6 +81,23 @@ def _explain(detail: ErrorDetails, model: type[BaseModel]) -> tuple[str, str, st
     told = detail["msg"].lower().replace("tuple", "list")  # TOML has lists only
     given = repr(detail["input"])
     return key, f"{given if len(given) <= 60 else given[:60] + '...'}: {told}", "correct the value"
+
+
+def _absent(name: str, key: str, models: list[type[BaseModel]]) -> str:
+    """How to write a key that is missing: its values, or its table's kinds, where there are few."""
+    fields = [model.model_fields[name] for model in models if name in model.model_fields]
+    if not fields and (kinds := _kinds(models)):
+        return f"the table [{key}] with kind = {_either(kinds)}"
+    values = get_args(fields[0].annotation) if fields else ()
+    if values and all(isinstance(value, str) for value in values):
+        first, *others = (f'"{value}"' for value in values)
+        return f"{name} = {first} (or {', '.join(others)})"
+    return name
+
+
+def _either(kinds: list[str]) -> str:
+    *others, last = (f'"{kind}"' for kind in kinds)
+    return f"{', '.join(others)} or {last}"
 
 
 def _choice(key: str, given: Any, choices: list[str]) -> tuple[str, str, str]:

@@ -72,7 +72,7 @@ def toml_value(value: Any) -> str:
 def _check(log: pd.DataFrame, metadata: Metadata, path: Path) -> None:
     if metadata.columns is not None:
         raise RunError.at(
-            path, "logs are written with the fixture's own header", "leave it out", key="columns"
+            path, "logs are written with the bench's own header", "leave it out", key="columns"
         )
     if tuple(log.columns) != HEADER:
         names = ", ".join(map(repr, log.columns))

@@ -7,7 +7,7 @@ from time import monotonic
 import numpy as np
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
+from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.discovery.candidates import could_show, log_bayes_factors
 from muscle_bayes.discovery.conditions import traces
 from muscle_bayes.discovery.draws import Draws, sampled
@@ -141,6 +141,7 @@ def discover(
 
 
 def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
+    refuse_unread(runs)
     names = [run.name for run in runs]
     for name in hold_out:
         if name not in names:
@@ -148,7 +149,9 @@ def _check(runs: Sequence[Run], hold_out: Sequence[str]) -> None:
                 f"--hold-out {name}: no such run. Fix: name one of {', '.join(names)}."
             )
     if set(names) <= set(hold_out):
-        raise MuscleBayesError("every run is held out; leave at least one to fit")
+        raise MuscleBayesError(
+            "every run is held out. Fix: leave out one --hold-out, or add a run."
+        )
 
 
 def add_names(

@@ -5,6 +5,7 @@ from abc import abstractmethod
 import equinox as eqx
 import jax.numpy as jnp
 
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.linkage import Scalar
 
 
@@ -54,3 +55,11 @@ FRICTION_LAWS: dict[str, type[FrictionLaw]] = {
     "coulomb": CoulombFriction,
     "linear": LinearFriction,
 }
+
+
+def friction_law(name: str) -> type[FrictionLaw]:
+    """The law of this name. Raises MuscleBayesError where there is none."""
+    if name not in FRICTION_LAWS:
+        known = " or ".join(FRICTION_LAWS)
+        raise MuscleBayesError(f"friction {name!r} is not known. Fix: use {known}.")
+    return FRICTION_LAWS[name]

@@ -81,4 +81,4 @@ class StudyConfig(Table):
 
 def read_config(path: Path) -> StudyConfig:
     """Read STUDY.toml. Raises RunError naming file, key and fix."""
-    return read_table(path, StudyConfig, "the study's settings")
+    return read_table(path, StudyConfig)

@@ -74,7 +74,7 @@ def read_rig(path: Path, rig: Rig | None = None) -> Rig:
 
     What the file leaves out keeps its value in `rig`, the default rig if none is given.
     """
-    content = parse_toml(read_bytes(path, "the rig"), path)
+    content = parse_toml(read_bytes(path), path)
     effects = content.pop("effects", {})
     try:
         rig = override(rig or Rig(), _flat(content))

@@ -63,7 +63,7 @@ def plan_runs(
 
 def read_stages(path: Path) -> Protocol:
     """A `free` protocol from TOML: load, initial_angle, initial_hyst and [[stage]] tables."""
-    content = parse_toml(read_bytes(path, "the protocol"), path)
+    content = parse_toml(read_bytes(path), path)
     tables: Any = content.pop("stage", None)
     if not isinstance(tables, list) or not tables:
         raise MuscleBayesError(f"{path}: needs one [[stage]] table or more")

@@ -54,6 +54,8 @@ class PortFinder:
     open_meter: OpenMeter = open_tmd56
     """of the TMD-56"""
     list_ports: Callable[[], list[str]] = serial_ports
+    otherwise: str = ""
+    """what to do without a bench, where the command can"""
     in_use: dict[str, str] = field(default_factory=dict)
     """name of a device -> its URL"""
     _spare: dict[Role, tuple[str, Board]] = field(default_factory=dict)
@@ -106,9 +108,9 @@ class PortFinder:
             else:
                 self._spare[met] = (url, board)
         raise PortError(
-            f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Fix: connect it and "
-            "load the firmware; only a heater board has pin 4 tied to GND; or give --port; "
-            "without a bench, --simulate."
+            f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
+            "board and load the firmware, or give --port. Only a heater board has pin 4 tied to "
+            f"GND.{self.otherwise}"
         )
 
     def find_meter(self) -> MeterSource:
@@ -135,8 +137,8 @@ class PortFinder:
             return meter
         raise PortError(
             f"no meter was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
-            "TMD-56 and switch on its link, or give --meter; without a bench, --simulate; a heater "
-            "board with thermometers of its own needs none (`muscle-bayes sensors`)."
+            "TMD-56 and switch on its link, or give --meter. A heater board with thermometers of "
+            f"its own needs none (`muscle-bayes sensors`).{self.otherwise}"
         )
 
     def _identified(self, url: str) -> Board:

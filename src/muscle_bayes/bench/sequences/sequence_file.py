@@ -33,7 +33,8 @@ class _Rig(BaseModel):
 
 def read_sequence(path: Path) -> Sequence:
     """Read SEQUENCE.toml. Raises RunError."""
-    return read_table(path, Sequence, "the sequence")
+    fix = f"write it with `muscle-bayes sequence staircase --out {path.name}`"
+    return read_table(path, Sequence, fix)
 
 
 def parse_sequence(content: bytes, path: Path | str) -> Sequence:
@@ -43,7 +44,7 @@ def parse_sequence(content: bytes, path: Path | str) -> Sequence:
 
 def read_rig(path: Path) -> dict[str, Any]:
     """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
-    rig = read_table(path, _Rig, "the rig")
+    rig = read_table(path, _Rig)
     keys = (*RIG_TABLES, "load_cell")
     tables = {key: getattr(rig, key) for key in keys if getattr(rig, key) is not None}
     if not tables:

@@ -60,11 +60,14 @@ RigOption = Annotated[
 ]
 
 
-def real_devices(ports: list[str] | None, meter: str | None) -> "Devices":
-    """The bench's own lines, not open yet."""
+SIMULATE = " Without a bench, give --simulate."
+
+
+def real_devices(ports: list[str] | None, meter: str | None, otherwise: str = "") -> "Devices":
+    """The bench's own lines, not open yet; `otherwise` says what to do without a bench."""
     from muscle_bayes.bench.boards.ports import PortFinder
 
-    return PortFinder(tuple(ports or ()), meter).devices()
+    return PortFinder(tuple(ports or ()), meter, otherwise=otherwise).devices()
 
 
 def simulated_rig(path: Path | None) -> "Rig":
@@ -95,13 +98,14 @@ def bench_lines(
     meter: str | None = None,
     sensors: list[str] | None = None,
     simulated: "Callable[[], SimulatedBench] | None" = None,
+    otherwise: str = SIMULATE,
 ) -> Iterator["Devices"]:
     """Lines of the real bench, or of a simulated one where it is given; not open yet, closed at the end."""
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())
         if simulated is None:
             refuse_sensors(sensors)
-            devices = real_devices(port, meter)
+            devices = real_devices(port, meter, otherwise)
         else:
             from muscle_bayes.bench.simulation.recording import simulated_devices
 

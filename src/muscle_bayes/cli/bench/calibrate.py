@@ -8,7 +8,6 @@ import typer
 
 from muscle_bayes.cli.bench.bench_options import (
     PortOption,
-    RigOption,
     SensorOption,
     SimulateOption,
     bench_lines,
@@ -43,7 +42,14 @@ def calibrate(
     ] = 300.0,
     simulate: SimulateOption = False,
     port: PortOption = None,
-    rig: RigOption = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            "--rig",
+            metavar="FILE",
+            help="Rig whose endstops are used: the tables of any run's NAME.toml.",
+        ),
+    ] = None,
     sensor: SensorOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,

@@ -28,7 +28,7 @@ def flash(
 
     Examples:
         muscle-bayes flash
-        muscle-bayes flash --port /dev/ttyUSB0 --hex firmware/build/firmware.hex
+        muscle-bayes flash --port /dev/ttyUSB0 --hex firmware/build/muscle_bench.hex
     """
     from muscle_bayes.bench.boards.board import Board
     from muscle_bayes.bench.boards.clock import RealClock

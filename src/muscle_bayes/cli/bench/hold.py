@@ -10,7 +10,6 @@ import typer
 from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
-    RigOption,
     real_devices,
     signals_interrupt,
     simulated_rig,
@@ -30,6 +29,14 @@ GainsOption = Annotated[
         "that it was flashed with.",
     ),
 ]
+JointOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--rig",
+        metavar="FILE",
+        help="Tables of the joint, as in NAME.toml; required with --real.",
+    ),
+]
 RealOption = Annotated[
     bool,
     typer.Option("--real", help="Drive the real bench; without it, the firmware in simavr."),
@@ -46,7 +53,7 @@ def hold(
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
-    rig: RigOption = None,
+    rig: JointOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
@@ -76,7 +83,7 @@ def track(
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
-    rig: RigOption = None,
+    rig: JointOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
@@ -91,7 +98,7 @@ def track(
     from muscle_bayes.cli.control_options import chosen_scenarios
 
     period = 0.03
-    (one,) = chosen_scenarios([scenario], period)
+    (one,) = chosen_scenarios([scenario], period, "SCENARIO")
     setpoint = [float(x) for x in one.course.setpoint]
 
     def aim(time: float) -> float:
@@ -129,7 +136,9 @@ def _drive(
                     "--real needs the joint's tables. Fix: give --rig JOINT.toml"
                 )
             tables, notes = read_rig(rig), ""
-            devices = stack.enter_context(_opened(real_devices(ports, meter)))
+            devices = stack.enter_context(
+                _opened(real_devices(ports, meter, " Without a bench, leave --real out."))
+            )
         else:
             if ports or meter is not None:
                 raise MuscleBayesError("--port and --meter go with --real. Fix: add it")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from muscle_bayes.cli.bench.bench_options import (
+    SIMULATE,
     MeterOption,
     PortOption,
     RigOption,
@@ -170,7 +171,7 @@ def _measured(
     from muscle_bayes.bench.sequences.sequence_file import read_rig
 
     tables = {} if rig is None else read_rig(rig)
-    devices = real_devices(ports, meter)
+    devices = real_devices(ports, meter, SIMULATE)
     keyboard = Keyboard()
     session = Session(wanted, path, out, devices, keyboard, rig=tables, wall_time=time)
     try:

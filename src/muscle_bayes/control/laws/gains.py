@@ -113,7 +113,7 @@ class Gains(Table):
 
 def read_gains(path: Path) -> Gains:
     """Read gains. Raises RunError where the file has none or they make no sense."""
-    return read_table(path, Gains, "the gains")
+    return read_table(path, Gains, "write them with `muscle-bayes tune`")
 
 
 def gains_toml(gains: Gains, head: str = "") -> str:

@@ -56,7 +56,7 @@ class Design(BaseModel):
 
 def read_design(path: Path) -> Design:
     """Read a joint's TOML; any run's NAME.toml with two muscles is one. Raises RunError."""
-    design = read_table(path, Design, "the joint")
+    design = read_table(path, Design)
     with faults_told(path, Design):
         design.plant()
     if design.fixture.motion != "rotary":

@@ -84,7 +84,7 @@ class ScenarioTable(Table):
 
 def read_scenario(path: Path, period: float) -> Scenario:
     """Read SCENARIO.toml for a control period [s]. Raises RunError."""
-    table = read_table(path, ScenarioTable, "the scenario")
+    table = read_table(path, ScenarioTable)
     time = np.arange(round(table.length / period)) * period
     load = 0.0 * time if table.load is None else table.load.at(time)
     course = course_of(table.setpoint.at(time), load, trained=table.trained, noise=table.noise)

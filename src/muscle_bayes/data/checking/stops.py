@@ -33,12 +33,20 @@ def refuse_beyond_stops(ledger: Ledger, metadata: Metadata) -> None:
         return
     first = int(np.flatnonzero(beyond)[0])
     unit = "m" if metadata.fixture.motion == "linear" else "rad"
+    fix = (
+        "correct fixture.stops, remove it where there are no endstops, or correct the sensor's zero "
+        "and scale"
+    )
+    whole = bool(np.all(reading == np.rint(reading)))
+    if whole and metadata.output.kind == "angle" and abs(q[first]) > np.pi:
+        fix = (
+            f"is position_unit right (readings of {reading[first]:g} look like counts)? Else {fix}"
+        )
     raise RunError.at(
         ledger.path,
         f"{int(beyond.sum())} of {beyond.size} readings lie beyond the endstops "
         f"{list(stops)} {unit}, the first at {q[first]:.5g} {unit}",
-        "correct fixture.stops, remove it where there are no endstops, or correct the sensor's zero "
-        "and scale",
+        fix,
         row=int(ledger.lines[first]),
         column=ledger.names["reading"],
         key="fixture.stops",

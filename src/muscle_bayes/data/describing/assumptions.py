@@ -170,7 +170,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Metadata.potentiometer": "",
     "Metadata.thermometer": _where(_has_thermometer, "its delay is estimated, 0 +- 1 s"),
     "Metadata.thermometer_log": "",
-    "Metadata.columns": "the fixture's own header",
+    "Metadata.columns": "the bench's own header",
     "Metadata.log": "",
     "Metadata.element_b": "none",
     "Metadata.load": _where(lambda run: not run.metadata.has_load, "nothing hangs on the rig"),

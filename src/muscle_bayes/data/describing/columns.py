@@ -27,7 +27,7 @@ def _quantities(value: Any) -> Any:
 
 
 class Columns(Table):
-    """Columns of a log, and their units, where they are not the fixture's own."""
+    """Columns of a log, and their units, where they are not the bench's own."""
 
     time: ColumnName | None = None
     """absent only where [log] gives a sample_rate"""

@@ -1,4 +1,4 @@
-"""What the heater board did in each row: columns that a log may have behind the fixture's own."""
+"""What the heater board did in each row: columns that a log may have behind the bench's own."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
@@ -16,7 +16,7 @@ def with_heater_columns(
 ) -> dict[str, str | int]:
     """Names of a log's columns, with those of the heater where its header has them once.
 
-    `own`: the log has the fixture's own header, and no [columns].
+    `own`: the log has the bench's own header, and no [columns].
     """
     found = {
         key: name

@@ -35,7 +35,7 @@ from muscle_bayes.data.units import (
 Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
 POWER_KINDS: tuple[Kind, ...] = ("power", "current", "voltage", "duty")
 """What may heat a muscle."""
-Origin = Literal["synthetic", "measured"]
+Origin = Literal["measured", "synthetic"]
 Measured = Literal["position", "velocity", "force", "temperature"]
 
 

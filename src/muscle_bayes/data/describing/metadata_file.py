@@ -8,7 +8,7 @@ from muscle_bayes.data.validation import parse_table, read_table
 
 def read_metadata(path: Path) -> Metadata:
     """Read NAME.toml. Raises RunError."""
-    return read_table(path, Metadata, "the run's metadata")
+    return read_table(path, Metadata)
 
 
 def parse_metadata(content: bytes, path: Path | str) -> Metadata:

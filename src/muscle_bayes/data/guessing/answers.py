@@ -82,14 +82,19 @@ def position_unit(column: Column | None, answers: Answers) -> Unit | None:
     if column is None:
         return unit_of("m", POSITIONS)
     if answers.position_unit is not None:
-        unit = unit_of(answers.position_unit, POSITIONS)
-        if unit is None:
-            raise RunError(
-                f"--position-unit {answers.position_unit}: is no unit of "
-                f"{' or '.join(POSITIONS)}. Fix: give one such as {examples(POSITIONS)}."
-            )
-        return unit
+        return _unit_answered("position_unit", answers.position_unit, POSITIONS)
     return column.unit if column.unit is not None and column.unit.kind in POSITIONS else None
+
+
+def _unit_answered(key: str, text: str | None, kinds: tuple[Kind, ...]) -> Unit | None:
+    """The unit that an answer names; None where there is no answer. Raises RunError."""
+    unit = None if text is None else unit_of(text, kinds)
+    if text is not None and unit is None:
+        raise RunError(
+            f"--{key.replace('_', '-')} {text}: is no unit of {' or '.join(kinds)}. "
+            f"Fix: give one such as {examples(kinds)}."
+        )
+    return unit
 
 
 def next_question(guess: Guess, answers: Answers) -> Question | None:
@@ -125,8 +130,11 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
             )
         if answers.zero_reading is None:
             return Question("zero_reading", "Counts at angle zero")
-    if time is not None and answers.time_unit is None and (likely := _odd_time(time)):
-        return Question("time_unit", f"Unit of {_shown(time)} (s, ms, us)", likely)
+    _unit_answered("time_unit", answers.time_unit, ("time",))
+    _unit_answered("temperature_unit", answers.temperature_unit, ("temperature",))
+    if time is not None and answers.time_unit is None and (likely := _odd_time(time, position)):
+        text = f"Unit of {_shown(time)}, whose rows lie {_usual_step(time):.4g} apart (s, ms, us)"
+        return Question("time_unit", text, likely)
     for column in guess.likely("temperature_a", "temperature_b"):
         if answers.temperature_unit is None and column.unit is None and (odd := _odd(column)):
             return Question(
@@ -203,8 +211,12 @@ def _shown(column: Column) -> str:
     return repr(column.name) if column.name else f"column {column.number}"
 
 
-def _odd_time(column: Column) -> str:
-    """The likely unit of a time column that says none and does not look like seconds."""
+def _odd_time(column: Column, position: Column | None) -> str:
+    """The likely unit of a time column that says none and does not look like seconds.
+
+    Steps of 5 and more are ms where they are whole, or where the rig swings: what is logged as
+    slowly as that in s, drifts or goes in steps.
+    """
     if column.unit is not None or column.clock != "number":
         return ""
     values = column.values[np.isfinite(column.values)]
@@ -212,9 +224,24 @@ def _odd_time(column: Column) -> str:
         return ""
     if values[0] > 1e11:
         return "ms" if values[0] < 1e14 else "us"
-    steps = np.diff(values)
-    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    return "ms" if usual >= 5.0 and bool(np.all(values == np.rint(values))) else ""
+    fast = bool(np.all(values == np.rint(values))) or (position is not None and _swings(position))
+    return "ms" if _usual_step(column) >= 5.0 and fast else ""
+
+
+def _usual_step(column: Column) -> float:
+    """How far apart rows usually lie; 0 where none rises."""
+    steps = np.diff(column.values[np.isfinite(column.values)])
+    return float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+
+
+def _swings(column: Column) -> bool:
+    """Whether a motion passes its middle four times or more, each time by a tenth of its range."""
+    values = column.values[np.isfinite(column.values)]
+    if not values.size:
+        return False
+    away = values - np.mean(values)
+    sides = np.sign(away[np.abs(away) > 0.1 * np.ptp(values)])
+    return int(np.sum(np.diff(sides) != 0)) >= 4
 
 
 def _odd(column: Column) -> str:

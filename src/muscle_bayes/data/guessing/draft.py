@@ -25,6 +25,9 @@ _WHY = {
 }
 
 
+_ASSUMED = "ASSUMED: the log names no unit"
+
+
 def draft_of(guess: Guess, answers: Answers) -> Draft:
     """The draft of a run's metadata. `next_question` must have nothing left to ask.
 
@@ -46,7 +49,7 @@ def draft_of(guess: Guess, answers: Answers) -> Draft:
         if time.clock == "number":
             said_unit = answers.time_unit or (None if time.unit is None else time.unit.text)
             why = "as answered" if answers.time_unit else "the log says so"
-            why = why if said_unit else "taken, the log says none"
+            why = why if said_unit else _ASSUMED
             draft.columns.append(Entry("time_unit", said_unit or "s", why))
     if position is not None:
         draft.columns.append(Entry("position", position.reference, _range(position)))
@@ -111,9 +114,7 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
         first = [*temperatures, *ambient][0]
         said = answers.temperature_unit or (None if first.unit is None else first.unit.text)
         why = "as answered" if answers.temperature_unit else "the log says so"
-        draft.columns.append(
-            Entry("temperature_unit", said or "degC", why if said else "taken, the log says none")
-        )
+        draft.columns.append(Entry("temperature_unit", said or "degC", why if said else _ASSUMED))
     fits = "force" if linear else "torque"
     pulls = () if measures_force(answers) else ("force",)
     for key, roles, name, usual in (
@@ -128,7 +129,7 @@ def _add_others(draft: Draft, guess: Guess, answers: Answers, used: set[int], ki
             column = columns[0]
             draft.columns.append(Entry(key, column.reference, _range(column)))
             text = usual if column.unit is None else column.unit.text
-            why = "taken, the log says none" if column.unit is None else "the log says so"
+            why = _ASSUMED if column.unit is None else "the log says so"
             draft.columns.append(Entry(f"{key}_unit", text, why))
 
 
@@ -148,7 +149,7 @@ def _add_force(draft: Draft, guess: Guess, answers: Answers, used: set[int]) -> 
         text = {"g": "gf", "kg": "kgf", "lb": "lbf"}.get(text, text)
     why = f"tension of element_a; {_range(column)}; if it drives the rig: applied"
     draft.columns.append(Entry("force", column.reference, why))
-    told = "taken, the log says none" if column.unit is None else "the log says so"
+    told = _ASSUMED if column.unit is None else "the log says so"
     draft.columns.append(Entry("force_unit", text, told))
     if not {entry.key for entry in draft.columns} & {"load", "applied"} and not answers.load:
         why = "the motion is as logged, the force is explained; free: both are"
@@ -183,7 +184,7 @@ def _add_drive(draft: Draft, guess: Guess, used: set[int], has_muscle: bool) -> 
     if len(fits) != 1:
         return
     ((column, unit),) = fits
-    why = "taken, the log says none" if column.unit is None else "the log says so"
+    why = _ASSUMED if column.unit is None else "the log says so"
     draft.columns.append(Entry("power_a" if heats else "applied", column.reference, _range(column)))
     draft.columns.append(Entry("power_unit" if heats else "applied_unit", unit.text, why))
 

@@ -80,7 +80,7 @@ def unit_in_row(cell: str) -> list[SaidUnit]:
 
 
 def place(
-    header: Sequence[str], name: str | int, path: Path, row: int, own: bool, hint: str = ""
+    header: Sequence[str], name: str | int, path: Path, row: int, own: Sequence[str], hint: str = ""
 ) -> int:
     """Where a column stands.
 
@@ -89,7 +89,7 @@ def place(
         name: the name wanted, or the column's number from 1.
         path: serves the messages.
         row: line of the header.
-        own: whether the fixture's own header was expected, no [columns] being given.
+        own: the bench's own header, where it was expected, no [columns] being given; else empty.
         hint: what to do where the name is not there, if that is known.
 
     Raises:
@@ -114,12 +114,18 @@ def place(
             problem = f"expected once, found {names.count(wanted)} times in the header"
             fix = "rename or remove the others, or give the column's number in [columns]"
             raise RunError.at(path, f"{problem} {_listed(header)}", fix, row=row, column=wanted)
-    close = get_close_matches(wanted, header, n=1)
+    others = [one for one in header if one and one not in own]
+    begins = [one for one in others if wanted.lower().startswith(one.lower())]
+    close = get_close_matches(wanted, others, n=1) or begins
     near = f"; did you mean {close[0]!r}?" if close else ""
     if hint:
         fix = hint
     elif own:
-        fix = f"give the fixture's header, or name the log's own columns in [columns]{near}"
+        fix = (
+            f"{f'rename {close[0]!r}' if close else 'name that column so'}, or write [columns] with "
+            f"`muscle-bayes init {path.name} --overwrite`. Without [columns] the bench's header is "
+            "expected"
+        )
     else:
         fix = f"correct the name in [columns]{near}"
     raise RunError.at(

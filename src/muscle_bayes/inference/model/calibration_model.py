@@ -129,7 +129,8 @@ def calibration_model(
         The model; printed, a table of its priors with units.
 
     Raises:
-        MuscleBayesError: for runs that cannot be fitted together, unknown effects and unknown priors.
+        MuscleBayesError: for runs that cannot be fitted together, unknown friction, effects
+            and priors.
 
     Example:
         >>> from numpyro import distributions as dist

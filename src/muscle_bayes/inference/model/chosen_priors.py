@@ -22,7 +22,8 @@ def with_priors(
             place of the quantity that it determines. A scalar prior serves every run.
 
     Raises:
-        MuscleBayesError: for a name that these runs do not have, and a shape that does not fit.
+        MuscleBayesError: for a name that these runs do not have, for what is no distribution, and for
+            a shape or negative values that do not fit.
     """
     places = replaced_by(priors) if "contraction" in sites else {}
     known = {*sites, *(UNITS if "contraction" in sites else ())}
@@ -34,7 +35,17 @@ def with_priors(
                 f"these runs have no parameter '{name}' that could be given a prior. "
                 f"Fix: name one of theirs, such as {', '.join(near)}"
             )
+        if not isinstance(prior, dist.Distribution):
+            raise MuscleBayesError(
+                f"the prior of '{name}' is {prior!r}, not a distribution. "
+                "Fix: give a NumPyro distribution, such as LogNormal(-5.8, 0.1)."
+            )
         if name in sites:
+            if _is_negative(prior) and not _is_negative(sites[name].prior):
+                raise MuscleBayesError(
+                    f"the prior of '{name}' allows negative values. "
+                    "Fix: give one on positive numbers, such as LogNormal."
+                )
             shape = tuple(sites[name].prior.shape())
             chosen[name] = sites[name]._replace(prior=_of_shape(name, prior, shape))
         else:
@@ -45,6 +56,11 @@ def with_priors(
                 prior=_of_shape(name, prior, ()), unit=UNITS[name], meaning=meaning
             )
     return chosen
+
+
+def _is_negative(prior: dist.Distribution) -> bool:
+    """Whether a prior allows values below zero."""
+    return bool(jnp.any(prior.support(jnp.full(prior.shape(), -1e-12))))
 
 
 def _of_shape(name: str, prior: dist.Distribution, shape: tuple[int, ...]) -> dist.Distribution:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
+from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model import prior
 from muscle_bayes.inference.model.chosen_priors import with_priors
@@ -30,6 +30,7 @@ from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.friction import friction_law
 from muscle_bayes.physics.heater import HeatedBody
 
 TYPICAL_MISFIT_TIME: dict[Regime, float] = {
@@ -182,8 +183,11 @@ def pose(
     run's own, each regime's noise. `priors` replaces default
     ones, by the name of a sampled quantity or of a parameter of Table 2, which then takes the place
     of one (`muscle_prior.replaced_by`). Metadata may give that of `clock-offset`.
-    Raises MuscleBayesError for runs that cannot be fitted together, unknown effects and priors.
+    Raises MuscleBayesError for runs that cannot be fitted together, unknown friction, effects
+    and priors.
     """
+    refuse_unread(runs)
+    friction_law(friction)
     runs = [output for run in runs for output in outputs_of(run)]
     _check(runs, effects)
     records = [_recorded(run) for run in runs]

@@ -14,6 +14,8 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.markup import html_table, plain_table, three_digits
 
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""First bytes of a NetCDF file."""
 HEADER = ("parameter", "unit", "mean", "sd", "5 %", "95 %", "bulk ESS", "R-hat")
 
 
@@ -115,6 +117,12 @@ class Posterior:
         if not Path(path).is_file():
             raise MuscleBayesError(
                 f"{path}: there is no such file. Fix: name a posterior that `muscle-bayes fit` wrote."
+            )
+        with Path(path).open("rb") as file:
+            begins = file.read(len(SIGNATURE))
+        if begins != SIGNATURE:
+            raise MuscleBayesError(
+                f"{path}: is not a NetCDF file. Fix: name a posterior that `muscle-bayes fit` wrote."
             )
         try:
             tree = xr.load_datatree(path, engine="h5netcdf")

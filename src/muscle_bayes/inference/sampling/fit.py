@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
+from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import (
@@ -139,6 +139,7 @@ def fit(
     `report(stage, done, total)` follows the progress. Raises MuscleBayesError for runs that cannot
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
+    refuse_unread(runs)
     effects = with_open_delay(runs, effects)
     known = {} if given is None else fixture_prior(given, friction)
     problem = pose(runs, friction, effects, {**known, **(priors or {})})
