@@ -46,6 +46,13 @@ def test_constructed_in_python_is_checked_too():
         Metadata(protocol="free", origin="measured", element_a=NoElement())
 
 
+@pytest.mark.parametrize("inertia", ["5e-324", "1e-40", "1e31", "-1.0"])
+def test_a_size_that_nothing_has_is_refused(tmp_path, inertia):
+    toml = TOML.replace("[fixture]", f"[fixture]\ninertia = {inertia}")
+    with pytest.raises(RunError, match=r"a\.toml, key fixture\.inertia: .* Fix: "):
+        parse_metadata(toml.encode(), tmp_path / "a.toml")
+
+
 @pytest.mark.parametrize("uncertainty", ["-0.1", "11", "nan", '"some"'])
 def test_uncertainty_of_the_delay_is_a_size_in_seconds(tmp_path, uncertainty):
     toml = TOML + f"\n[thermometer]\ndelay = 0.04\ndelay_uncertainty = {uncertainty}\n"

@@ -2,12 +2,24 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+
+def _measurable(value: float) -> float:
+    """The value. Raises ValueError where it is too small, and not 0, for its square to be a number."""
+    if 0.0 < abs(value) < 1e-30:
+        raise ValueError(f": {value:g} is no measurement in any unit; correct it, or write 0")
+    return value
+
 
 # Beyond 1e30 no number is a measurement in any unit, and sums of squares overflow.
-Finite = Annotated[float, Field(ge=-1e30, le=1e30, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, le=1e30, allow_inf_nan=False)]
+Finite = Annotated[
+    float, Field(ge=-1e30, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)
+]
+Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)]
+NonNegative = Annotated[
+    float, Field(ge=0, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)
+]
 Linkage = Literal["pins", "drum", "straight"]
 SpringLinkage = Literal["pins", "drum", "straight", "torsion"]
 
