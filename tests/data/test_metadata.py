@@ -53,6 +53,22 @@ def test_a_size_that_nothing_has_is_refused(tmp_path, inertia):
         parse_metadata(toml.encode(), tmp_path / "a.toml")
 
 
+@pytest.mark.parametrize(
+    ("table", "key", "value", "meant"),
+    [
+        ("fixture", "room_temperature", "77.0", "write 25 if 77 F"),
+        ("fixture", "room_temperature", "298.15", "write 25 if 298.15 K"),
+        ("fixture", "disc_radius", "88.9", "write 0.0889 if 88.9 mm"),
+        ("element_a", "heater_length", "80", "write 0.08 if 80 mm"),
+    ],
+)
+def test_the_unit_that_is_likely_meant_is_named(tmp_path, table, key, value, meant):
+    kept = [line for line in TOML.splitlines() if not line.startswith(f"{key} ")]
+    kept.insert(kept.index(f"[{table}]") + 1, f"{key} = {value}")
+    with pytest.raises(RunError, match=rf"a\.toml, key {table}\.{key}: .*{meant}"):
+        parse_metadata("\n".join(kept).encode(), tmp_path / "a.toml")
+
+
 @pytest.mark.parametrize("uncertainty", ["-0.1", "11", "nan", '"some"'])
 def test_uncertainty_of_the_delay_is_a_size_in_seconds(tmp_path, uncertainty):
     toml = TOML + f"\n[thermometer]\ndelay = 0.04\ndelay_uncertainty = {uncertainty}\n"
@@ -162,7 +178,7 @@ REFUSED = {
         ["key fixture.stops", "[lower, upper]", "swap"],
     ),
     "three stops": (swap("[-1.2, 1.2]", "[-1.2, 0.0, 1.2]"), ["key fixture.stops", "2"]),
-    "room on fire": (swap("25.0", "250.0"), ["fixture.room_temperature", "less than 100"]),
+    "room on fire": (swap("25.0", "250.0"), ["fixture.room_temperature", "no room has 250 C"]),
     "counts without potentiometer": (
         without("[potentiometer]", "zero_reading", "radians_per_count"),
         ["key potentiometer", "position is in counts", "columns.position_unit"],

@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
+from muscle_bayes.data.describing.elements import Table
+from muscle_bayes.data.describing.sizes import Finite, NonNegative
 from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import COUNTS, Kind, examples, unit_of
 

@@ -2,24 +2,10 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from muscle_bayes.data.describing.sizes import Finite, Length, NonNegative, Positive, Radius
 
-def _measurable(value: float) -> float:
-    """The value. Raises ValueError where it is too small, and not 0, for its square to be a number."""
-    if 0.0 < abs(value) < 1e-30:
-        raise ValueError(f": {value:g} is no measurement in any unit; correct it, or write 0")
-    return value
-
-
-# Beyond 1e30 no number is a measurement in any unit, and sums of squares overflow.
-Finite = Annotated[
-    float, Field(ge=-1e30, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)
-]
-Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)]
-NonNegative = Annotated[
-    float, Field(ge=0, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)
-]
 Linkage = Literal["pins", "drum", "straight"]
 SpringLinkage = Literal["pins", "drum", "straight", "torsion"]
 
@@ -39,9 +25,9 @@ class _Linked(Table):
     """
 
     linkage: Linkage = "pins"
-    drum_radius: Positive | None = None
+    drum_radius: Radius | None = None
     """m"""
-    length_at_zero: Positive | None = None
+    length_at_zero: Length | None = None
     """m, length at coordinate zero"""
 
     @model_validator(mode="after")
@@ -77,9 +63,9 @@ class MuscleElement(_Linked):
     """A coiled muscle."""
 
     kind: Literal["muscle"] = "muscle"
-    base_length: Positive
+    base_length: Length
     """L_base, m"""
-    heater_length: Positive | None = None
+    heater_length: Length | None = None
     """L_heater of eq. 11, m; None = heated over its whole length"""
     specimen: Annotated[str, Field(min_length=1)] | None = None
     """name of the muscle, where a population is fitted of several"""
@@ -105,18 +91,18 @@ class SpringElement(Table):
     model: Literal["linear", "reference"] = "linear"
     """reference: the thesis' own spring (eq. 12), of which nothing is estimated"""
     linkage: SpringLinkage = "pins"
-    drum_radius: Positive | None = None
+    drum_radius: Radius | None = None
     """m"""
-    length_at_zero: Positive | None = None
+    length_at_zero: Length | None = None
     """m, length at coordinate zero"""
     rate: Positive | None = None
     """N/m; N m/rad where linkage is torsion. None = estimated"""
-    free_length: Positive | None = None
+    free_length: Length | None = None
     """m, length at which the spring's line pulls with no force. None = see tension_at_zero"""
     tension_at_zero: Finite | None = None
     """N (N m where linkage is torsion), pull at coordinate zero; instead of free_length. None =
     estimated, where free_length is not stated"""
-    closed_length: Positive | None = None
+    closed_length: Length | None = None
     """m, length at which the coils touch: shorter, the spring does not pull. None = none"""
     damping: NonNegative | None = None
     """N s/m; N m s/rad where linkage is torsion. None = estimated"""
@@ -166,7 +152,7 @@ class ArmElement(Table):
     kind: Literal["arm"] = "arm"
     mass: Positive | None = None
     """kg"""
-    centre_distance: Positive | None = None
+    centre_distance: Length | None = None
     """m from the axis to the centre of mass"""
     moment: Positive | None = None
     """m g d, N m, instead of mass and centre_distance. None of the three = estimated"""

@@ -6,9 +6,16 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.describing.elements import Table
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.mass import check_mass
+from muscle_bayes.data.describing.sizes import (
+    Finite,
+    NonNegative,
+    Positive,
+    Radius,
+    RoomTemperature,
+)
 from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import examples, unit_of
 
@@ -21,19 +28,19 @@ class Fixture(Table):
     """Geometry of the rig; the keys with _a and _b belong to the sides."""
 
     motion: Motion = "rotary"
-    rotor_radius_a: Positive | None = None
+    rotor_radius_a: Radius | None = None
     anchor_x_a: Finite | None = None
     anchor_y_a: Finite | None = None
-    rotor_radius_b: Positive | None = None
+    rotor_radius_b: Radius | None = None
     anchor_x_b: Finite | None = None
     anchor_y_b: Finite | None = None
-    disc_radius: Positive | None = None
+    disc_radius: Radius | None = None
     """R_d, m: radius at which the load's cable pulls"""
     inertia: NonNegative | None = None
     """of the moving part beyond arms and load, kg m^2 (kg where motion is linear); absent = estimated"""
     stops: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
     """lower and upper endstop, rad (m where motion is linear); absent = none"""
-    room_temperature: Annotated[float, Field(gt=-50, lt=100)] = 25.0
+    room_temperature: RoomTemperature = 25.0
     """degrees C"""
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass
 
 from muscle_bayes.conventions import STRAIN_EPSILON, Friction
-from muscle_bayes.data.describing.elements import NonNegative, Positive
+from muscle_bayes.data.describing.sizes import NonNegative, Positive
 from muscle_bayes.twin.effects import Effect
 
 

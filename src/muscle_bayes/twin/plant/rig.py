@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict
 from pydantic.dataclasses import dataclass
 
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive
+from muscle_bayes.data.describing.sizes import Finite, NonNegative, Positive
 from muscle_bayes.twin.plant.parameters import Truth
 
 ElementKind = Literal["muscle", "spring", "none"]
