@@ -81,10 +81,11 @@ def table(posterior: Posterior, published: tuple[Published, ...]) -> list[str]:
 
 
 def verdict(posterior: Posterior) -> str:
-    """Whether the chains converged."""
-    return (
-        "Converged." if posterior.converged else "Not converged: " + "; ".join(posterior.complaints)
-    )
+    """Whether the chains converged, and if not, why not."""
+    if posterior.converged:
+        return "Converged."
+    reasons = [f"- {one[0].upper()}{one[1:]}." for one in posterior.complaints]
+    return "\n".join(["Not converged:", "", *reasons])
 
 
 def wire(folder: Path) -> list[str]:

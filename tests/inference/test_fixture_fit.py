@@ -77,7 +77,7 @@ def test_prediction_needs_the_parameters_of_the_run(fitted: Posterior) -> None:
 def test_a_file_that_is_no_posterior(tmp_path: Path) -> None:
     path = tmp_path / "no.nc"
     path.write_text("no")
-    with pytest.raises(MuscleBayesError, match="cannot be read"):
+    with pytest.raises(MuscleBayesError, match="is not a NetCDF file"):
         Posterior.load(path)
 
 

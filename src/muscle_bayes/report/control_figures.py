@@ -55,11 +55,14 @@ def _panel(axis: Axes, result: Judgement, scenario: Scenario, laws: Sequence[str
         )
         axis.plot(time, middle, color=colour, linewidth=1.0, label=f"{law}, median")
     axis.plot(time, setpoint, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), label="setpoint")
-    shares = ", ".join(f"{law} {result.probability(law, scenario.name)[0]:.0%}" for law in laws)
+    shares = [f"{law} {result.probability(law, scenario.name)[0]:.0%}" for law in laws]
     # Where no input meets the specification, only a runaway counts.
     what = "no runaway" if result.specs[scenario.name].infeasible else "meets"
-    axis.set_title(f"{scenario.name}\n", fontsize=8)
-    axis.text(0.0, 1.02, f"{what}: {shares}", transform=axis.transAxes, fontsize=7, color=GREY)
+    axis.set_title(f"{scenario.name}{'\n' * len(laws)}", fontsize=8)
+    told = axis.text(
+        0.0, 1.02, f"{what}: " + "\n".join(shares), transform=axis.transAxes, fontsize=7, color=GREY
+    )
+    told.set_in_layout(False)
     shown = 60.0 if _swings_fast(scenario) else time[-1]
     axis.set_xlim(0.0, shown)
     reach = 1.9 * np.abs(setpoint).max()
