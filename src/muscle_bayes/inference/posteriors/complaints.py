@@ -53,5 +53,5 @@ def where_chains_are(quantity: xr.DataArray) -> str:
         means = means[:, np.argmax(means.std(axis=0))]
     shown = ", ".join(f"{mean:.3g}" for mean in np.sort(means))
     unit = quantity.attrs.get("units", "1")
-    means = shown if unit in ("", "1") else f"{shown} {unit}"
-    return f" on {quantity.name}, the posterior may have several modes (means: {means})"
+    told = shown if unit in ("", "1") else f"{shown} {unit}"
+    return f" on {quantity.name}, the posterior may have several modes (means: {told})"
