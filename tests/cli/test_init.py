@@ -154,8 +154,8 @@ def test_a_log_that_is_guessed_but_not_read_says_why(log):
     assert result.exit_code == 2
     assert "Traceback" not in result.output
     assert "time stamp of the row before" in result.stderr
-    assert "swing.toml, not written:" in result.stdout
-    assert not log.with_suffix(".toml").exists()
+    assert "Fix: edit" in result.stdout
+    assert log.with_suffix(".toml").exists()
 
 
 @pytest.mark.parametrize("unit", [["--position-unit", "furlong"], ["--time-unit", "parsec"]])

@@ -111,17 +111,20 @@ def init(
     _complete(answers, guess, sys.stdin.isatty() if ask is None else ask)
     text = draft_of(guess, answers).text(log.name)
     facts: dict[str, Any] = guess.facts() | {"metadata": target, "toml": text}
+    write_whole(target, text.encode())
+    typer.echo(f"{target}:\n\n{text}")
     error: MuscleBayesError | None = None
     try:
         run = run_from_bytes(content, text.encode(), log, target)
-        write_whole(target, text.encode())
-        typer.echo(f"{target}:\n\n{text}\n{run!r}")
+        typer.echo(repr(run))
         for repair in run.repairs:
             typer.echo(f"repaired: {repair}")
         facts |= {"rows": len(run.table), "repairs": [str(repair) for repair in run.repairs]}
     except MuscleBayesError as found:
         error = found
-        typer.echo(f"{target}, not written:\n\n{text}")
+        typer.echo(
+            f"the run cannot be read yet. Fix: edit {target}, or `init` again with --overwrite"
+        )
         facts |= {"error": str(found)}
     if json is not None:
         write_json(json, facts)
