@@ -158,7 +158,7 @@ def test_a_log_that_is_guessed_but_not_read_says_why(log):
     assert log.with_suffix(".toml").exists()
 
 
-@pytest.mark.parametrize("unit", [["--position-unit", "furlong"], ["--time-unit", "parsec"]])
+@pytest.mark.parametrize("unit", [["--position-unit", "kg"], ["--time-unit", "parsec"]])
 def test_a_wrong_unit_leaves_nothing_behind(log, unit):
     log.write_text(newcomer("Zeit;Winkel"))
     right = {"--position-unit": "deg", "--time-unit": "ms"}

@@ -81,6 +81,7 @@ def init(
         muscle-bayes init mylog.csv
         muscle-bayes init mylog.csv --position angle --position-unit deg --element none --no-ask
     """
+    from muscle_bayes.data.describing.metadata_file import parse_metadata
     from muscle_bayes.data.errors import RunError
     from muscle_bayes.data.files import read_bytes
     from muscle_bayes.data.guessing.answers import Answers
@@ -111,6 +112,7 @@ def init(
     _complete(answers, guess, sys.stdin.isatty() if ask is None else ask)
     text = draft_of(guess, answers).text(log.name)
     facts: dict[str, Any] = guess.facts() | {"metadata": target, "toml": text}
+    parse_metadata(text.encode(), target)
     write_whole(target, text.encode())
     typer.echo(f"{target}:\n\n{text}")
     error: MuscleBayesError | None = None
