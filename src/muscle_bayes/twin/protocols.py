@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from muscle_bayes.data.describing.mass import check_mass
+from muscle_bayes.data.describing.sizes import check_mass
 from muscle_bayes.errors import MuscleBayesError
 
 ProtocolName = Literal["spring", "staircase", "sawtooth", "free"]

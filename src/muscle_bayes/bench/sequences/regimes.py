@@ -11,7 +11,7 @@ from typing import Final
 
 from muscle_bayes.bench.sequences.sequence import Repeat, RunPlan, Stage
 from muscle_bayes.bench.sequences.sequence import Sequence as BenchSequence
-from muscle_bayes.data.describing.mass import check_mass
+from muscle_bayes.data.describing.sizes import check_mass
 from muscle_bayes.errors import MuscleBayesError
 
 HOT: Final = 90.0

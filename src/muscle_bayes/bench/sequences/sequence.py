@@ -17,8 +17,8 @@ from muscle_bayes.bench.heat.temperature_control import FULL_DUTY
 from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer
 from muscle_bayes.data import Load as LoadTable
 from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
-from muscle_bayes.data.describing.mass import Mass
 from muscle_bayes.data.describing.metadata import Protocol
+from muscle_bayes.data.describing.sizes import Mass
 
 HOTTEST = 105.0
 """Highest setpoint that is taken, C."""

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from muscle_bayes.data.checking.column_units import ColumnUnit, ask_for
-from muscle_bayes.data.describing.mass import MOST_LOAD
 from muscle_bayes.data.describing.metadata import Metadata
+from muscle_bayes.data.describing.sizes import MOST_LOAD
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Floats, Ledger
 from muscle_bayes.data.units import COUNTS

@@ -9,6 +9,8 @@ LARGEST_RADIUS: Final = 1.0
 """m, of rotors, discs and drums; more are taken for another unit."""
 LONGEST: Final = 10.0
 """m, of elements."""
+MOST_LOAD: Final = 20.0
+"""kg that a load may have; more are taken for grams."""
 ROOM: Final = (-30.0, 50.0)
 """C; warmer rooms are taken for Fahrenheit, or kelvin."""
 
@@ -20,18 +22,22 @@ def _measurable(value: float) -> float:
     return value
 
 
-def _at_most(most: float) -> Callable[[float], float]:
-    """A check of lengths in m."""
+def _at_most(most: float, what: str, unit: str, smaller: str) -> Callable[[float], float]:
+    """A check, which raises ValueError: a thousandth is meant of what is larger."""
 
     def checked(value: float) -> float:
         if value > most:
             raise ValueError(
-                f": {value:g} m are more than {most:g} m; lengths are in m: write "
-                f"{value / 1000:g} if {value:g} mm are meant"
+                f": {value:g} {unit} are more than {most:g} {unit}; {what} are in {unit}: write "
+                f"{value / 1000:g} if {value:g} {smaller} are meant"
             )
         return value
 
     return checked
+
+
+check_mass = _at_most(MOST_LOAD, "masses", "kg", "g")
+"""The mass of a load [kg]; kg everywhere, and no tonne hangs by mistake for a kilogram."""
 
 
 def _in_a_room(value: float) -> float:
@@ -53,6 +59,7 @@ Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False), AfterVali
 NonNegative = Annotated[
     float, Field(ge=0, le=1e30, allow_inf_nan=False), AfterValidator(_measurable)
 ]
-Radius = Annotated[Positive, AfterValidator(_at_most(LARGEST_RADIUS))]
-Length = Annotated[Positive, AfterValidator(_at_most(LONGEST))]
+Radius = Annotated[Positive, AfterValidator(_at_most(LARGEST_RADIUS, "lengths", "m", "mm"))]
+Length = Annotated[Positive, AfterValidator(_at_most(LONGEST, "lengths", "m", "mm"))]
 RoomTemperature = Annotated[Finite, AfterValidator(_in_a_room)]
+Mass = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(check_mass)]

@@ -8,13 +8,13 @@ from pydantic import BeforeValidator, Field, model_validator
 from muscle_bayes.conventions import Motion
 from muscle_bayes.data.describing.elements import Table
 from muscle_bayes.data.describing.log_format import LogFormat
-from muscle_bayes.data.describing.mass import check_mass
 from muscle_bayes.data.describing.sizes import (
     Finite,
     NonNegative,
     Positive,
     Radius,
     RoomTemperature,
+    check_mass,
 )
 from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import examples, unit_of
