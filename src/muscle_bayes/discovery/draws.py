@@ -158,7 +158,7 @@ def undetermined(
 
     def spread(fitted: Fitted) -> np.ndarray:
         variance = np.diag(fitted.precision.inverse())[: nested.shared]
-        return np.sqrt(variance * np.maximum(np.asarray(fitted.look.prior)[: nested.shared], 1e-12))
+        return np.sqrt(variance * np.maximum(np.asarray(fitted.seen.prior)[: nested.shared], 1e-12))
 
     names = np.array(nested.shared_names())
     own = np.array(["." in name for name in names])  # of a run or a sensor
@@ -215,6 +215,6 @@ def predictions(
         ]
         models.append(model)
         readings.append(model + np.stack(extra))
-        hyst = np.asarray(fitted.look.hyst[group])
+        hyst = np.asarray(fitted.seen.hyst[group])
         strains.append(np.broadcast_to(hyst, (len(model), *hyst.shape)))
     return by_run(nested.problem, data.lanes, models, readings, strains)

@@ -14,7 +14,7 @@ def scored(
 ) -> dict[str, list[Candidate]]:
     """Candidates beside `base`; where its misfit is large, as if that were white noise."""
     if search.is_gross(base):
-        start = search.as_noise(base.start, base.look.residuals)
+        start = search.as_noise(base.start, base.seen.residuals)
         (base,) = search.fit([start], held=noise_names(search.nested), steps=15)
     return candidates(search, base, names, seed)
 
