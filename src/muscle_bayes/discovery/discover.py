@@ -10,7 +10,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.discovery.candidates import could_show, log_bayes_factors
 from muscle_bayes.discovery.conditions import traces
-from muscle_bayes.discovery.draws import Draws, sampled
+from muscle_bayes.discovery.draws import Draws
 from muscle_bayes.discovery.fit import Fitted, OutOfTime, Search
 from muscle_bayes.discovery.functions import add_function
 from muscle_bayes.discovery.gate import Gate, Unseen, gate_by_runs
@@ -263,7 +263,7 @@ def _weighed(
     checked: dict[str, Draws] = {}
     for name in [name for name in naming.order if name in models][:2]:
         search.report("sampling to check", len(checked), 2)
-        checked[name] = sampled(search, models[name])
+        checked[name] = found.draws_of(search, models[name])
         found.checks.append(checked[name].text(name))
     corrections = {name: one.log_evidence - one.laplace for name, one in checked.items()}
     if not all(one.good for one in checked.values()):

@@ -236,6 +236,25 @@ class Search:
         levels = self.misfit(fitted.seen.residuals, fitted.data)
         return any(rms > times * self.noise[regime] for regime, (rms, _) in levels.items())
 
+    def is_lost(self, fitted: Fitted, share: float = 0.1) -> bool:
+        """Whether in some run the misfit's RMS is over this share of the readings' standard deviation.
+
+        Of runs that are solved from their start alone: segments begin anew where the readings are.
+        """
+        groups = zip(
+            fitted.seen.residuals, fitted.data.lanes, self.nested.layout.segmented, strict=True
+        )
+        for residuals, lanes, cut in groups:
+            for residual, reading, weight in zip(
+                residuals, lanes.reading, lanes.weight, strict=True
+            ):
+                seen = np.asarray(weight) > 0
+                if not cut and seen.any():
+                    spread = np.std(np.asarray(reading)[seen])
+                    if np.sqrt(np.mean(np.asarray(residual)[seen] ** 2)) > share * spread:
+                        return True
+        return False
+
     def with_shared(self, start: Start, values: Mapping[str, float]) -> Start:
         """The start with other values of shared, positive quantities."""
         names, point = self.nested.shared_names(), start.point.copy()

@@ -56,7 +56,8 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     # With lasting noise a point begins far above where it soon is: none is given up before that.
     begun = [one.start for one in search.fit(finals, steps=8)]
     _keep(fits, search.fit(begun, behind=200.0))
-    if fits and search.is_gross(max(fits.values(), key=evidence)):
+    best = max(fits.values(), key=evidence, default=None)
+    if best is not None and search.is_gross(best) and search.is_lost(best):
         search.report("candidates, along the runs", 0, 1)
         _keep(fits, _along_the_runs(search, chosen))
     search.report("candidates", len(screened), len(screened))
