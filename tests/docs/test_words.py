@@ -1,5 +1,6 @@
 """Pages, help and report speak plainly: short sentences, and the field's terms."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 import typer
 from pages import DOCS, GUIDES, PROJECT, README
 
+import muscle_bayes as mb
 from muscle_bayes.cli import app
 from muscle_bayes.study import words
 
@@ -20,6 +22,7 @@ PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
 )), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
 SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
 REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]
+PUBLIC = [name for name in mb.__all__ if callable(getattr(mb, name))]
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
 PRIVATE = (
@@ -76,6 +79,22 @@ def shown_by_report(path: Path) -> list[str]:
     return prose(text)
 
 
+def docstrings(name: str) -> list[str]:
+    """Docstrings of a public name and, where it is a class, of its public members."""
+    public = getattr(mb, name)
+    members = vars(public).items() if inspect.isclass(public) else ()
+    said = [public, *(one for key, one in members if not key.startswith("_"))]
+    return [inspect.getdoc(one) or "" for one in said if one.__doc__ != type(one).__doc__]
+
+
+def said_by(docstring: str) -> list[str]:
+    """Paragraphs of a docstring, each argument one; equations and examples left out."""
+    text = re.sub(r"^ *>>>.*?(?=\n\n|\Z)", "", docstring, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^(Args|Returns|Raises|Yields|Example):$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^    (\w+): ", r"\n\1: ", text, flags=re.MULTILINE)
+    return [" ".join(one.split()) for one in text.split("\n\n") if one.strip()]
+
+
 @pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.name)
 def test_sentences_of_pages_are_short(path):
     assert too_long(prose_of(path)) == []
@@ -90,6 +109,11 @@ def test_sentences_of_the_report_are_short(path):
 def test_sentences_of_help_are_short(name):
     told = [COMMANDS[name].help, *(one.help or "" for one in COMMANDS[name].params)]
     assert too_long(told) == []
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_sentences_of_public_docstrings_are_short(name):
+    assert too_long([part for one in docstrings(name) for part in said_by(one)]) == []
 
 
 @pytest.mark.parametrize("path", [*PLAIN, *REPORT], ids=lambda path: path.name)
