@@ -36,8 +36,8 @@ def check(
 ) -> None:
     """Predict RUN..., fitted or not, and measure how well the predictions agree with the readings.
 
-    For each run: RMSE of the mean model, share of readings within the central 50 and 90 % of the
-    predictions, and creep while cold after heating. Exits with 1 if the posterior has not
+    For each run: RMSE of the mean model, and the share of readings within the central 50 and 90 %
+    of the predictions. Also creep while cold after heating. Exits with 1 if the posterior has not
     converged.
 
     Examples:

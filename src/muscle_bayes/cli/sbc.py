@@ -54,8 +54,8 @@ def sbc(
         bool,
         typer.Option(
             "--measured",
-            help="Draw parameters from the posterior of the runs as measured, not from the prior, "
-            "and rank them in the posterior of these and redrawn readings together.",
+            help="Draw parameters from the posterior of the runs as measured, not from the prior. "
+            "Rank them in the posterior of these and redrawn readings together.",
         ),
     ] = False,
     scheduler: SchedulerOption = None,

@@ -84,8 +84,7 @@ def discover(
 
     Args:
         runs: as `read_runs` gives them.
-        hold_out: names of runs that are predicted only, after their first part has told their own
-            start.
+        hold_out: names of runs that are predicted only. Their first part identifies their own start.
         friction: "coulomb" or "linear", as in `fit`.
         effects: those that the model has already.
         candidates: effects that may be added: names, or classes of your own; default: all `applicable`.
@@ -94,8 +93,8 @@ def discover(
         told: called with sentences worth reading before the search ends: what these runs could show.
         workers: rows that are evaluated side by side; the result does not depend on it.
         budget: minutes after which the best answer so far is given; default: none.
-        smallest: RMS misfit that counts, in steps of the sensor (of a sensor finer than its noise, in
-            standard deviations of a reading): less is reported as small, not claimed.
+        smallest: RMS misfit that counts, in steps of the sensor; less is reported as small, not claimed.
+            For a sensor finer than its noise, a step is one standard deviation of a reading.
 
     Returns:
         The verdict: "none", "unknown", or the names of effects; with probabilities, where the misfit
@@ -103,8 +102,8 @@ def discover(
         or whose budget ends, answers from what it has, and says what it did not search.
 
     Raises:
-        MuscleBayesError: for names that no run has, when no run is left to fit, for candidates that
-            the model has already, and for runs that cannot be fitted together.
+        MuscleBayesError: for names that no run has, when no run is left to fit, and for candidates
+            that the model has already. Also for runs that cannot be fitted together.
 
     Example:
         >>> import muscle_bayes as mb

@@ -93,7 +93,7 @@ def _page(
         f"**{first}.** {others}\n",
         "The number in a scenario's name is its frequency in Hz. Limits are the defaults, or those that "
         "were chosen, eased to 1.5 times what the best input reaches. Where a scenario is out of reach, "
-        "the joint only has to stay below 100 C and not run away. *Duty* is heater power from 0 to 255.\n",
+        "the joint only has to stay below 100 C and be no runaway. *Duty* is heater power from 0 to 255.\n",
         *(f"- {note}" for note in result.notes),
         "\n## What is asked\n",
         _asked(result),
