@@ -16,7 +16,6 @@ class Closable(Protocol):
 
     def close(self) -> None:
         """Release the line; never raises."""
-        ...
 
 
 class Link[D: Closable]:

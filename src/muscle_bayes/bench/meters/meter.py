@@ -90,25 +90,20 @@ class MeterSource(Protocol):
     @property
     def latest(self) -> Reading | None:
         """The newest reading. Raises MeterError where the line is gone."""
-        ...
 
     @property
     def garbled(self) -> int:
         """Answers that were no answers, since the start."""
-        ...
 
     @property
     def moved_within(self) -> float:
         """s of hard heating, pauses left out, after which its digits must have changed."""
-        ...
 
     def poll(self) -> None:
         """Do what is due, without waiting."""
-        ...
 
     def close(self) -> None:
         """Release the line; never raises."""
-        ...
 
 
 class Meter:

@@ -18,37 +18,29 @@ class Plant(Protocol):
 
     def advance(self, duties: tuple[float, float], duration: float) -> None:
         """Let a time [s] pass at these mean heater duties (0-255)."""
-        ...
 
     def counts(self) -> int:
         """What the angle sensor's converter would read now, 0-1023."""
-        ...
 
     def counts_2(self) -> int:
         """What a second potentiometer's converter would read now, 0-1023."""
-        ...
 
     @property
     def angle(self) -> float:
         """Of the rotor, rad."""
-        ...
 
     @property
     def load(self) -> float:
         """What hangs, kg."""
-        ...
 
     def temperatures(self) -> tuple[float, float]:
         """Of both heater tubes, C."""
-        ...
 
     def blow(self, on: bool) -> None:
         """Whether the fan blows on the tubes from now on."""
-        ...
 
     def hang(self, mass: float) -> None:
         """Change the load [kg]."""
-        ...
 
 
 class TwinPlant:
