@@ -30,10 +30,6 @@ BOARD: Final = "board"
 _NAMES: Final = {Role.SENSOR: "sensor board", Role.HEATER: "heater board"}
 
 
-class PortError(MuscleBayesError):
-    """A device that was not found, or found twice."""
-
-
 def serial_ports() -> list[str]:
     """Ports of this machine that may have a device on them: all that are on USB, else all."""
     from serial.tools.list_ports import comports
@@ -82,7 +78,7 @@ class PortFinder:
         return self.meter == BOARD or (self.meter is None and own)
 
     def board(self, role: Role) -> Board:
-        """The board of a role, opened. Raises PortError, or BoardError of the one port given."""
+        """The board of a role, opened. Raises MuscleBayesError, or BoardError of the one port given."""
         name = _NAMES[role]
         if role in self._spare:
             self.in_use[name], board = self._spare.pop(role)
@@ -107,14 +103,14 @@ class PortFinder:
                 board.close()
             else:
                 self._spare[met] = (url, board)
-        raise PortError(
+        raise MuscleBayesError(
             f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
             "board and load the firmware, or give --port. Only a heater board has pin 4 tied to "
             f"GND.{self.otherwise}"
         )
 
     def find_meter(self) -> MeterSource:
-        """The meter, opened and polled by its thread. Raises PortError."""
+        """The meter, opened and polled by its thread. Raises MuscleBayesError."""
         kind, given = FIRST, tuple[str, ...]()
         if self.meter is not None:
             kind, url = split(self.meter)
@@ -135,7 +131,7 @@ class PortFinder:
                 continue
             self.in_use["meter"] = url
             return meter
-        raise PortError(
+        raise MuscleBayesError(
             f"no meter was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
             "TMD-56 and switch on its link, or give --meter. A heater board with thermometers of "
             f"its own needs none (`muscle-bayes sensors`).{self.otherwise}"

@@ -46,10 +46,6 @@ class StreamCounts:
     """times that the stream had to be asked for again"""
 
 
-class EncoderError(MuscleBayesError):
-    """An encoder's counter began anew, and with it its zero."""
-
-
 class SampleStream:
     """Samples of a board. Nothing is filled in: what is missing is counted and told."""
 
@@ -71,10 +67,10 @@ class SampleStream:
         self._boot: int | None = None
 
     def start(self, board: Board) -> None:
-        """Ask a board for the stream, a clock anew. Raises BoardError, EncoderError."""
+        """Ask a board for the stream, a clock anew. Raises BoardError, MuscleBayesError."""
         before, self._boot = self._boot, None if board.identity is None else board.identity.boot
         if self.encoder and before is not None and before != self._boot:
-            raise EncoderError(
+            raise MuscleBayesError(
                 "the sensor board was reset, and its encoder has lost its zero. Fix: look for the "
                 "cause, then `muscle-bayes calibrate` and record anew"
             )

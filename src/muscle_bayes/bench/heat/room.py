@@ -10,14 +10,10 @@ NEAR: Final = 10.0
 _NEAR_IN_FAHRENHEIT: Final = 6.0
 
 
-class RoomError(MuscleBayesError):
-    """First readings that cannot be those of cold tubes in this room."""
-
-
 def far_from_room(reading: Reading, room: float) -> str:
     """What the operator has to confirm before heat is given to tubes in a room [C]; empty if nothing.
 
-    Raises RoomError where the meter shows Fahrenheit.
+    Raises MuscleBayesError where the meter shows Fahrenheit.
     """
     shown = {
         name: value
@@ -28,7 +24,7 @@ def far_from_room(reading: Reading, room: float) -> str:
         return ""
     told = " and ".join(f"{name} {value:.1f}" for name, value in shown.items())
     if all(abs((value - 32.0) / 1.8 - room) <= _NEAR_IN_FAHRENHEIT for value in shown.values()):
-        raise RoomError(
+        raise MuscleBayesError(
             f"the meter shows {told}: that is a room of {room:g} C in Fahrenheit. Fix: set the "
             "meter to C. If the tubes really are that warm, wait until they have cooled."
         )

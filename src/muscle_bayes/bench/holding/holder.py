@@ -10,7 +10,7 @@ from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
-from muscle_bayes.bench.heat.room import RoomError, far_from_room
+from muscle_bayes.bench.heat.room import far_from_room
 from muscle_bayes.bench.meters.meter import MeterSource, first_reading
 from muscle_bayes.bench.recording.guard import RecordingError
 from muscle_bayes.bench.recording.recorder import FIRST_READING, POLLS, Outcome
@@ -110,7 +110,9 @@ class Holder:
         board, clock = self._board, self._clock
         reading = first_reading(self._meter, clock, FIRST_READING)
         if question := far_from_room(reading, self._room):
-            raise RoomError(f"{question}. Fix: wait until the tubes are cold, or correct the room")
+            raise MuscleBayesError(
+                f"{question}. Fix: wait until the tubes are cold, or correct the room"
+            )
         self._heating.take(reading)
         self._heating.begin(clock.now())
         tubes = board.tubes()

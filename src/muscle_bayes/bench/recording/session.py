@@ -94,7 +94,7 @@ class Session:
         return run_metadata(self.sequence, self.path, self.origin, self.rig, plan.load, self.notes)
 
     def _check_room(self, plan: RunPlan) -> None:
-        """Compare the meter with the room before the first heat. Raises RoomError, or StoppedError."""
+        """Compare the meter with the room before the first heat. Raises MuscleBayesError."""
         meter = self.devices.meter.device
         assert meter is not None, "the devices are open"
         reading = first_reading(meter, self.devices.clock, FIRST_READING)

@@ -3,11 +3,6 @@
 from dataclasses import dataclass
 
 from muscle_bayes.bench.boards.messages import Role
-from muscle_bayes.errors import MuscleBayesError
-
-
-class SensorError(MuscleBayesError):
-    """Sensors that do not go together, or are unknown."""
 
 
 @dataclass(frozen=True)
