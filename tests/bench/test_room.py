@@ -5,7 +5,7 @@ from fake_bench import FakeBench
 
 from muscle_bayes.bench.heat.room import far_from_room
 from muscle_bayes.bench.meters.meter import Reading
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.errors import MuscleBayesError

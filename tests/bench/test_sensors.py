@@ -15,7 +15,7 @@ from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import Error
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import first_reading
-from muscle_bayes.bench.recording.recorder import RecordingError
+from muscle_bayes.bench.recording.loop import RecordingError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sensors.catalogue import (
     SENSORS,

@@ -7,7 +7,8 @@ from muscle_bayes.bench.boards.board import HeaterState
 from muscle_bayes.bench.boards.samples import Tell, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.meters.meter_lag import MeterLag
-from muscle_bayes.bench.recording.run_file import Row, RunFile
+from muscle_bayes.bench.recording.log_row import Row
+from muscle_bayes.bench.recording.run_file import RunFile
 
 GAP: Final = 0.5
 """Spacing of rows that is told as a gap, s, or ten periods."""

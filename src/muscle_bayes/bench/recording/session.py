@@ -8,14 +8,9 @@ from typing import Any, Final
 from muscle_bayes.bench.boards.devices import Devices
 from muscle_bayes.bench.heat.room import far_from_room
 from muscle_bayes.bench.meters.meter import first_reading
+from muscle_bayes.bench.recording.loop import FIRST_READING, Outcome, StoppedError
 from muscle_bayes.bench.recording.operator import Operator
-from muscle_bayes.bench.recording.recorder import (
-    FIRST_READING,
-    Outcome,
-    Recorder,
-    Settings,
-    StoppedError,
-)
+from muscle_bayes.bench.recording.recorder import Recorder
 from muscle_bayes.bench.recording.run_file import RunFile, free_name, run_files
 from muscle_bayes.bench.recording.status import NoView, View
 from muscle_bayes.bench.sequences.sequence import RunPlan, Sequence
@@ -77,14 +72,17 @@ class Session:
             self._hang(plan.load)
             name = free_name(self.folder, plan.name)
             file = RunFile(self.folder, name, self._metadata(plan))
-            settings = Settings(
-                limits=self.sequence.limits,
-                stop=self.sequence.stop,
-                period=self.sequence.log_period,
-                wall_time=self.wall_time,
-            )
             cell = self.sequence.load_cell or self.rig.get("load_cell")
-            recorder = Recorder(self.devices, plan, file, self.operator, settings, self.view, cell)
+            recorder = Recorder(
+                self.devices,
+                plan,
+                file,
+                self.operator,
+                self.sequence,
+                self.view,
+                cell,
+                self.wall_time,
+            )
             self.load = None  # unknown, should the run break off
             outcome = recorder.run()
             self.load = recorder.load

@@ -217,7 +217,7 @@ def _told(log: Path) -> dict[str, Any]:
     """How far off a recorded run ended, and how hot it got."""
     import pandas as pd
 
-    from muscle_bayes.bench.recording.run_file import AIM
+    from muscle_bayes.bench.recording.log_row import AIM
     from muscle_bayes.data import read_run
 
     run = read_run(log)

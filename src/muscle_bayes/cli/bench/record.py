@@ -25,7 +25,7 @@ from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.recording.recorder import Outcome
+    from muscle_bayes.bench.recording.loop import Outcome
     from muscle_bayes.bench.recording.session import Session
     from muscle_bayes.bench.sequences.sequence import Sequence
 
