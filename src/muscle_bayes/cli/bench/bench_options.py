@@ -63,33 +63,12 @@ RigOption = Annotated[
 SIMULATE = " Without a bench, give --simulate."
 
 
-def real_devices(ports: list[str] | None, meter: str | None, otherwise: str = "") -> "Devices":
-    """The bench's own lines, not open yet; `otherwise` says what to do without a bench."""
-    from muscle_bayes.bench.boards.ports import PortFinder
-
-    return PortFinder(tuple(ports or ()), meter, otherwise=otherwise).devices()
-
-
 def simulated_rig(path: Path | None) -> "Rig":
     """The simulated bench's rig. Raises MuscleBayesError."""
     from muscle_bayes.twin.overrides import read_rig
     from muscle_bayes.twin.plant.rig import Rig
 
     return Rig() if path is None else read_rig(path, Rig())
-
-
-def refuse_sensors(sensors: list[str] | None) -> None:
-    """Raise where sensors are named for a bench that knows its own."""
-    if sensors:
-        raise MuscleBayesError(
-            "--sensor goes with --simulate. Fix: `muscle-bayes sensors NAME` tells real boards."
-        )
-
-
-def refuse_ports(ports: list[str] | None, meter: str | None) -> None:
-    """Raise where ports are given for a bench that has none."""
-    if ports or meter is not None:
-        raise MuscleBayesError("--simulate has no ports. Fix: leave --port and --meter out.")
 
 
 @contextmanager
@@ -99,20 +78,33 @@ def bench_lines(
     sensors: list[str] | None = None,
     simulated: "Callable[[], SimulatedBench] | None" = None,
     otherwise: str = SIMULATE,
-) -> Iterator["Devices"]:
-    """Lines of the real bench, or of a simulated one where it is given; not open yet, closed at the end."""
+) -> Iterator[tuple["Devices", "SimulatedBench | None"]]:
+    """Lines of the real bench, or of a simulated one where it is given, and that one.
+
+    They are not open yet, and closed at the end. `otherwise` says what to do without a bench.
+    """
+    from muscle_bayes.bench.boards.ports import PortFinder
+
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())
+        bench = None
         if simulated is None:
-            refuse_sensors(sensors)
-            devices = real_devices(port, meter, otherwise)
+            if sensors:
+                raise MuscleBayesError(
+                    "--sensor goes with --simulate. Fix: `muscle-bayes sensors NAME` tells real boards."
+                )
+            devices = PortFinder(tuple(port or ()), meter, otherwise=otherwise).devices()
         else:
             from muscle_bayes.bench.simulation.recording import simulated_devices
 
-            refuse_ports(port, meter)
-            devices = simulated_devices(stack.enter_context(simulated()))
+            if port or meter is not None:
+                raise MuscleBayesError(
+                    "--simulate has no ports. Fix: leave --port and --meter out."
+                )
+            bench = stack.enter_context(simulated())
+            devices = simulated_devices(bench)
         stack.callback(devices.close)
-        yield devices
+        yield devices, bench
 
 
 @contextmanager

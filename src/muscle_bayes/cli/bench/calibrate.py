@@ -79,7 +79,7 @@ def calibrate(
         SimulatedHand(bench, plant)
         return bench
 
-    with bench_lines(port, None, sensor, simulated if simulate else None) as devices:
+    with bench_lines(port, None, sensor, simulated if simulate else None) as (devices, _):
         readings = _turn(devices, 2 * cycles, timeout)
         board = devices.sensor.device
         assert board is not None, "it was just read"

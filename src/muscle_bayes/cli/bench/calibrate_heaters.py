@@ -49,7 +49,7 @@ def calibrate_heaters(
 
         return SimulatedBench(seed=seed, calibrated=False, sensors=sensor or [])
 
-    with bench_lines(port, meter, sensor, simulated if simulate else None) as devices:
+    with bench_lines(port, meter, sensor, simulated if simulate else None) as (devices, _):
         board, source = devices.heater.open(), devices.meter.open()
         report: dict[str, Any] = {}
         for channel in {"a": (0,), "b": (1,), "both": (0, 1)}[side]:

@@ -30,16 +30,13 @@ def calibrate_load(
         muscle-bayes calibrate-load --mass 0.2
         muscle-bayes calibrate-load --mass 0.2 --simulate
     """
-    bench: SimulatedBench | None = None
 
     def simulated() -> "SimulatedBench":
         from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 
-        nonlocal bench
-        bench = SimulatedBench(TwinPlant(load=0.0, seed=seed), seed, sensors=["hx711"])
-        return bench
+        return SimulatedBench(TwinPlant(load=0.0, seed=seed), seed, sensors=["hx711"])
 
-    with bench_lines(port, simulated=simulated if simulate else None) as devices:
+    with bench_lines(port, simulated=simulated if simulate else None) as (devices, bench):
         devices.sensor.open()
         if bench is None:
             typer.confirm("Does nothing hang on the load cell?", abort=True)

@@ -10,15 +10,14 @@ import typer
 from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
-    real_devices,
-    signals_interrupt,
+    bench_lines,
     simulated_rig,
 )
 from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 GainsOption = Annotated[
     Path | None,
@@ -126,31 +125,33 @@ def _drive(
     from muscle_bayes.bench.recording.run_file import RunFile
     from muscle_bayes.bench.sequences.sequence import Sequence, Stage
     from muscle_bayes.bench.sequences.sequence_file import read_rig, run_metadata
+    from muscle_bayes.bench.simulation.recording import NOTES, rig_tables
     from muscle_bayes.progress import shown_progress
 
+    if real and rig is None:
+        raise MuscleBayesError("--real needs the joint's tables. Fix: give --rig JOINT.toml")
+    tables = {} if rig is None or not real else read_rig(rig)
+    if not real and (ports or meter is not None):
+        raise MuscleBayesError("--port and --meter go with --real. Fix: add it")
     with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if real:
-            if rig is None:
-                raise MuscleBayesError(
-                    "--real needs the joint's tables. Fix: give --rig JOINT.toml"
-                )
-            tables, notes = read_rig(rig), ""
-            devices = stack.enter_context(
-                _opened(real_devices(ports, meter, " Without a bench, leave --real out."))
-            )
-        else:
-            if ports or meter is not None:
-                raise MuscleBayesError("--port and --meter go with --real. Fix: add it")
-            tables, notes, devices = stack.enter_context(_simulated(gains, rig, seed))
+        simulated = None if real else stack.enter_context(_joint(gains, rig, seed))
+        lines = bench_lines(
+            ports, meter, None, simulated, otherwise=" Without a bench, leave --real out."
+        )
+        devices, bench = stack.enter_context(lines)
+        board, source = devices.heater.open(), devices.meter.open()
+        if bench is not None:
+            tables = rig_tables(bench.plant.rig)
         plan = Sequence(load=0.0, stage=(Stage(duration=duration),))
         about = run_metadata(
-            plan, f"{name}.toml", "measured" if real else "synthetic", tables, 0.0, notes
+            plan,
+            f"{name}.toml",
+            "measured" if real else "synthetic",
+            tables,
+            0.0,
+            "" if real else NOTES,
         )
         report = stack.enter_context(shown_progress())
-        board, source = devices.heater.device, devices.meter.device
-        assert board is not None, "the devices are open"
-        assert source is not None, "the devices are open"
         holder = Holder(
             board,
             source,
@@ -171,26 +172,16 @@ def _drive(
 
 
 @contextmanager
-def _opened(devices: "Devices") -> Iterator["Devices"]:
-    """Heater board and meter, open."""
-    try:
-        devices.heater.open()
-        devices.meter.open()
-        yield devices
-    finally:
-        devices.close()
-
-
-@contextmanager
-def _simulated(
+def _joint(
     gains: Path | None, rig: Path | None, seed: int
-) -> Iterator[tuple[dict[str, Any], str, "Devices"]]:
-    """Tables of the simulated joint, its notes, and its devices."""
+) -> Iterator[Callable[[], "SimulatedBench"]]:
+    """Makes the bench of a simulated joint, its firmware compiled with the gains."""
     from dataclasses import replace
+    from functools import partial
     from tempfile import TemporaryDirectory
 
     from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
-    from muscle_bayes.bench.simulation.recording import NOTES, rig_tables, simulated_devices
+    from muscle_bayes.bench.simulation.recording import rig_tables
     from muscle_bayes.control.laws.gains import gains_header, read_gains
     from muscle_bayes.control.plant.design import Design
     from muscle_bayes.twin.plant.rig import Element
@@ -207,10 +198,7 @@ def _simulated(
     with TemporaryDirectory() as folder:
         header = Path(folder) / "gains.h"
         header.write_text(gains_header(read_gains(gains), design))
-        with joint_bench(built, build_firmware(header, Path(folder)), seed) as bench:
-            devices = simulated_devices(bench)
-            with _opened(devices):
-                yield tables, NOTES, devices
+        yield partial(joint_bench, built, build_firmware(header, Path(folder)), seed)
 
 
 def _told(log: Path) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def sensors(
                 typer.echo(f"  {pin:>3}  {to}")
         return
     wanted = {role: wiring_of(names or (), role, beta=beta, ratio=ratio) for role in Role}
-    with bench_lines(port, otherwise="") as devices:
+    with bench_lines(port, otherwise="") as (devices, _):
         for role, link in ((Role.HEATER, devices.heater), (Role.SENSOR, devices.sensor)):
             board = link.open()
             if names or none:
