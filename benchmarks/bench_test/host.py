@@ -8,8 +8,8 @@ from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.link import Link
 from muscle_bayes.bench.boards.protocol import Boot
 from muscle_bayes.bench.heat.heating import Heating
-from muscle_bayes.bench.heat.room import far_from_room
 from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import Meter, MeterError, MeterSource, first_reading
 from muscle_bayes.bench.sequences.sequence import Stage

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.ports import PortFinder
 from muscle_bayes.bench.boards.transport import TransportError
-from muscle_bayes.bench.meters import kinds
+from muscle_bayes.bench.meters import meter
 from muscle_bayes.bench.meters.meter import Meter, MeterError, Reading, first_reading
 from muscle_bayes.cli import app
 from muscle_bayes.errors import MuscleBayesError
@@ -164,9 +164,9 @@ def test_a_meter_of_an_installed_package(machine, monkeypatch):
         def close(self):
             pass
 
-    found = EntryPoint("show", "nowhere:Shown", kinds.GROUP)
+    found = EntryPoint("show", "nowhere:Shown", meter.GROUP)
     monkeypatch.setattr(EntryPoint, "load", lambda self: Shown)
-    monkeypatch.setattr(kinds, "entry_points", lambda group: [found])
+    monkeypatch.setattr(meter, "entry_points", lambda group: [found])
     finder = machine.finder(meter="show:/dev/ttyUSB7")
     devices = finder.devices()
     devices.open()

@@ -3,7 +3,7 @@
 import pytest
 from fake_bench import FakeBench
 
-from muscle_bayes.bench.heat.room import far_from_room
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import Reading
 from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.session import Session

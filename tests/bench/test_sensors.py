@@ -20,11 +20,11 @@ from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sensors.catalogue import (
     SENSORS,
     THERMOMETERS,
+    Wiring,
     names_of,
     thermometer_of,
     wiring_of,
 )
-from muscle_bayes.bench.sensors.sensor import Wiring
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.chips import (

@@ -7,8 +7,7 @@ from typing import Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.clock import Clock, RealClock
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.transport import (
     SerialTransport,
@@ -16,8 +15,16 @@ from muscle_bayes.bench.boards.transport import (
     board_transport,
 )
 from muscle_bayes.bench.meters.board_meter import BoardMeter
-from muscle_bayes.bench.meters.kinds import FIRST, OpenMeter, kinds, open_tmd56, split
-from muscle_bayes.bench.meters.meter import MeterError, MeterSource, first_reading
+from muscle_bayes.bench.meters.meter import (
+    FIRST,
+    MeterError,
+    MeterSource,
+    OpenMeter,
+    first_reading,
+    kinds,
+    open_tmd56,
+    split,
+)
 from muscle_bayes.bench.sensors.catalogue import thermometer_of
 from muscle_bayes.errors import MuscleBayesError
 

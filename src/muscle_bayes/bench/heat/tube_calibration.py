@@ -10,7 +10,7 @@ from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.heat.heat_model import LEAST, MOST, TubeModel
-from muscle_bayes.bench.heat.room import far_from_room
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import MeterSource, first_reading
 from muscle_bayes.errors import MuscleBayesError
 

@@ -9,7 +9,7 @@ from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
-from muscle_bayes.bench.heat.room import far_from_room
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import MeterSource, first_reading
 from muscle_bayes.bench.recording.guard import RecordingError
 from muscle_bayes.bench.recording.log_row import AIM

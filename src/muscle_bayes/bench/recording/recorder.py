@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any, Final, Literal
 
 from muscle_bayes.bench.boards.board import HeaterState
-from muscle_bayes.bench.boards.devices import Devices
+from muscle_bayes.bench.boards.link import Devices
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
@@ -19,9 +19,8 @@ from muscle_bayes.bench.recording.rows import RowWriter
 from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.bench.recording.status import Status, View
 from muscle_bayes.bench.recording.weigher import Weigher
-from muscle_bayes.bench.sequences.course import Course, describe
+from muscle_bayes.bench.sequences.course import Course, StopWatch, describe
 from muscle_bayes.bench.sequences.sequence import LoadCell, RunPlan, Sequence
-from muscle_bayes.bench.sequences.stop import StopWatch
 from muscle_bayes.data.sensor import sensor_of
 
 SHOWN_EVERY: Final = 0.25

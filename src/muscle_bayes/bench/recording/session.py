@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.heat.room import far_from_room
+from muscle_bayes.bench.boards.link import Devices
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import first_reading
 from muscle_bayes.bench.recording.loop import FIRST_READING, Outcome, StoppedError
 from muscle_bayes.bench.recording.operator import Operator

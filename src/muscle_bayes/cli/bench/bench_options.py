@@ -12,7 +12,7 @@ import typer
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
     from muscle_bayes.twin.plant.rig import Rig
 

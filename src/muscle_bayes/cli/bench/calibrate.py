@@ -18,7 +18,7 @@ from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.clock import Clock
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
 
 _PERIOD = 0.02

@@ -9,7 +9,7 @@ from muscle_bayes.cli.common import SeedOption
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
 
 _WEIGHED = 3.0

@@ -22,7 +22,7 @@ from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.recording.loop import Outcome
     from muscle_bayes.bench.recording.session import Session
     from muscle_bayes.bench.sequences.sequence import Sequence
