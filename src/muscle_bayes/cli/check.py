@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     FittedArgument,
     FolderOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
     print_place,
     write_json,
 )
@@ -52,8 +53,7 @@ def check(
     from muscle_bayes.inference.posteriors.posterior import Posterior
     from muscle_bayes.inference.posteriors.predictive import predict_runs
     from muscle_bayes.progress import shown_progress
-    from muscle_bayes.report.drift_figure import drift_figure
-    from muscle_bayes.report.predictive_figures import predictive_figure
+    from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
     from muscle_bayes.report.style import save
 
     compute_on(device)

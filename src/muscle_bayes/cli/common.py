@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import typer
 from rich.markup import escape
@@ -156,3 +156,30 @@ class Commands(TyperGroup):
         """Run a command under `user_errors`, reading its options included."""
         with user_errors():
             return super().invoke(ctx)  # type: ignore[arg-type]
+
+
+Device = Literal["cpu", "gpu"]
+DeviceOption = Annotated[
+    Device, typer.Option("--device", help="What computes; gpu needs JAX with CUDA or ROCm.")
+]
+
+
+def compute_on(device: Device) -> None:
+    """Have JAX compute on this kind of device. Must be called before anything is computed.
+
+    Raises MuscleBayesError where JAX finds no such device.
+    """
+    typer.echo(f"starting JAX on the {device} ...", err=True)
+    import jax
+
+    jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+    if device == "cpu":
+        return
+    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
+    try:
+        jax.devices("gpu")
+    except RuntimeError:
+        raise MuscleBayesError(
+            "--device gpu: JAX finds no GPU. Fix: install JAX with CUDA (`pip install "
+            "'jax[cuda13]'`) on a machine that has one, or use --device cpu"
+        ) from None

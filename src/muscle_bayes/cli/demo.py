@@ -4,12 +4,12 @@ from pathlib import Path
 
 import typer
 
-from muscle_bayes.cli.bench.device import compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
     JsonOption,
     SeedOption,
+    compute_on,
     print_place,
     write_json,
 )

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     FolderOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
     write_json,
 )
 from muscle_bayes.cli.fit import EffectOption, FrictionOption, Preset

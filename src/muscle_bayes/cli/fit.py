@@ -6,12 +6,13 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
     print_place,
     writable_file,
     write_json,

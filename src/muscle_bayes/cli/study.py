@@ -6,8 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
-from muscle_bayes.cli.common import EXIT_FAILED, FolderOption, JsonOption, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    Device,
+    DeviceOption,
+    FolderOption,
+    JsonOption,
+    compute_on,
+    write_json,
+)
 from muscle_bayes.cli.fit import Preset
 
 if TYPE_CHECKING:
@@ -74,8 +81,7 @@ def _plan(
     runs: Path, config: Path | None, out: Path, preset: Preset, device: Device, seed: int | None
 ) -> "Plan":
     from muscle_bayes.study.config import StudyConfig, read_config
-    from muscle_bayes.study.evidence import available
-    from muscle_bayes.study.plan import Plan
+    from muscle_bayes.study.plan import Plan, available
 
     if config is None and (runs / CONFIG).is_file():
         config = runs / CONFIG

@@ -1,7 +1,7 @@
 """Runs: reading, repairing, writing."""
 
 from muscle_bayes.data.describing.assumptions import Assumption, assumptions
-from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.columns import HEATER_HEADER, Columns
 from muscle_bayes.data.describing.elements import (
     ArmElement,
     Element,
@@ -9,7 +9,6 @@ from muscle_bayes.data.describing.elements import (
     NoElement,
     SpringElement,
 )
-from muscle_bayes.data.describing.heater_columns import HEATER_HEADER
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.metadata import Metadata, Origin, Protocol
 from muscle_bayes.data.describing.metadata_file import read_metadata

@@ -12,23 +12,22 @@ from muscle_bayes.data.checking.column_units import ColumnUnit, column_units
 from muscle_bayes.data.checking.magnitudes import check_magnitudes, check_position
 from muscle_bayes.data.checking.stops import refuse_beyond_stops
 from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
-from muscle_bayes.data.describing.heater_columns import HEATER_COLUMNS
+from muscle_bayes.data.describing.columns import HEATER_COLUMNS
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.describing.metadata_file import parse_metadata
 from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import LOG_SUFFIXES, log_beside, read_bytes
-from muscle_bayes.data.log import RawLog
+from muscle_bayes.data.log import RawLog, parse_any
 from muscle_bayes.data.reading.cells import blank_cells, numbers
 from muscle_bayes.data.reading.clock_formats import read_times
-from muscle_bayes.data.reading.kinds import parse_any
 from muscle_bayes.data.repairing.clock import (
     drop_duplicates,
     refuse_falling_time,
     report_gaps,
     undo_backward_jumps,
 )
-from muscle_bayes.data.repairing.counters import unwrap_counter
+from muscle_bayes.data.repairing.counters import unwrap_counter, unwrap_position
 from muscle_bayes.data.repairing.faults import (
     drop_faulty,
     drop_glitches,
@@ -38,7 +37,6 @@ from muscle_bayes.data.repairing.faults import (
 )
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
-from muscle_bayes.data.repairing.turns import unwrap_position
 from muscle_bayes.data.run import COLUMNS, Run
 from muscle_bayes.data.second_log import joined, of_first, of_second, path_of
 from muscle_bayes.data.units import COUNTS

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from muscle_bayes.data.describing.heater_columns import HEATER_COLUMNS
+from muscle_bayes.data.describing.columns import HEATER_COLUMNS
 from muscle_bayes.data.describing.metadata import Measured, Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.clock import gaps

@@ -10,9 +10,18 @@ from matplotlib.figure import Figure
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.result import Curve, Discovery, Judged, Step
-from muscle_bayes.report.bands import draw_bands, mark_origin
 from muscle_bayes.report.discovery_summary import SIGNAL_WORDS
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style, save
+from muscle_bayes.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    VERMILLION,
+    WIDTH,
+    draw_bands,
+    mark_origin,
+    quiet_style,
+    save,
+)
 
 UNITS = {
     "q": "rad or m",

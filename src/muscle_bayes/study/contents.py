@@ -6,10 +6,10 @@ from typing import Any
 
 from muscle_bayes.study import tables, words
 from muscle_bayes.study.answers import answers
-from muscle_bayes.study.numbers import plural
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
 from muscle_bayes.study.stages import LeftOut
+from muscle_bayes.study.words import plural
 
 LEFT_OUT_OF_QUICK = (
     "The quick preset asks for fewer draws of every posterior and tunes gains on fewer joints and "

@@ -4,10 +4,12 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
 from doit.cmd_base import TaskLoader2
+from doit.dependency import JsonDB
 from doit.doit_cmd import DoitMain
 from doit.exceptions import BaseFail, TaskFailed
 from doit.globals import Globals
@@ -16,9 +18,9 @@ from doit.task import Task, dict_to_task
 from doit.tools import config_changed
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.schedule import longest_path_first
+from muscle_bayes.study.plan import PRESETS, Plan, Preset
 from muscle_bayes.study.stages import Stage
+from muscle_bayes.whole_file import write_whole
 
 PROCESSES = 2
 """Stages that run side by side: each compiles and samples with more than one thread."""
@@ -66,7 +68,7 @@ def run_stages(
     code = DoitMain(
         _Loader(plan, stages, process_of, settings),
         config_filenames=(),
-        extra_config={"BACKEND": {"whole": "muscle_bayes.study.records:WholeFile"}},
+        extra_config={"BACKEND": {"whole": "muscle_bayes.study.pipeline:WholeFile"}},
     ).run(["run"])
     if reporter.failed is not None:
         raise MuscleBayesError(reporter.failed)
@@ -149,3 +151,31 @@ def figures_of(stage: Stage) -> list[Path]:
     return [
         folder / f"{figure['path']}.{kind}" for figure in drawn.values() for kind in ("svg", "png")
     ]
+
+
+class WholeFile(JsonDB):
+    """A JSON file that a killed process leaves as it was."""
+
+    def dump(self) -> None:
+        """Write the records, unless they stand."""
+        path, content = Path(self.name), self.codec.encode(self._db).encode()
+        if not (path.exists() and path.read_bytes() == content):
+            write_whole(path, content)
+
+
+def longest_path_first(stages: Sequence[Stage], preset: Preset) -> list[Stage]:
+    """Stages by how long it takes from their beginning to the end of all that waits for them.
+
+    With few processes this ends soonest, or nearly (critical-path list scheduling; Graham, SIAM J.
+    Appl. Math. 17, 1969). Each stage comes after those it needs.
+    """
+    which = PRESETS.index(preset)
+
+    @cache
+    def path(place: int) -> float:
+        stage = stages[place]
+        made = {stage.result, *stage.also}
+        after = [path(i) for i, other in enumerate(stages) if made & {*other.needs}]
+        return stage.seconds[which] + max(after, default=0.0)
+
+    return [stages[i] for i in sorted(range(len(stages)), key=lambda i: -path(i))]

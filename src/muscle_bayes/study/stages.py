@@ -19,7 +19,7 @@ LIBRARIES: Final = (
 )  # fmt: skip
 DOCUMENT: Final = Path(__file__).parent / "document"
 """Folder of the report's template."""
-LOOK: Final = ("report/style.py", "report/bands.py", "study/steps/figures.py")
+LOOK: Final = ("report/style.py", "study/steps/figures.py")
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def _discovery(plan: Plan) -> list[Stage | LeftOut]:
         (50, 300),
         runs=roles.fitted,
         needs=(plan.result("effects"), *base),
-        code=(*FIT, "report/forest_figure.py", *LOOK, "study/published.py"),
+        code=(*FIT, "report/posterior_figures.py", *LOOK, "study/published.py"),
         settings={
             "friction": plan.config.friction,
             "published": [table.model_dump() for table in plan.published],
@@ -257,7 +257,6 @@ def _report(plan: Plan, stages: Sequence[Stage], left: Sequence[LeftOut]) -> Sta
         code=(
             "study/answers.py",
             "study/contents.py",
-            "study/numbers.py",
             "study/tables.py",
             "study/words.py",
             "inference/posteriors/summary.py",

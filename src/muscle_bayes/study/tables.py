@@ -5,8 +5,7 @@ from typing import Any
 
 from muscle_bayes.markup import unit_of
 from muscle_bayes.study.config import Published
-from muscle_bayes.study.numbers import interval, number, percent
-from muscle_bayes.study.words import agrees
+from muscle_bayes.study.words import agrees, interval, number, percent
 
 Numbers = Mapping[str, Any]
 Table = dict[str, list[Any]]

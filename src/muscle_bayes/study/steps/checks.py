@@ -15,11 +15,13 @@ from muscle_bayes.inference.posteriors.predictive import predict_from_prior, pre
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
-from muscle_bayes.report.drift_figure import drift_figure
-from muscle_bayes.report.identifiability_figure import identifiability_figure
 from muscle_bayes.report.pairs_figure import pairs_figure
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
+from muscle_bayes.report.posterior_figures import identifiability_figure, posterior_figure
+from muscle_bayes.report.predictive_figures import (
+    drift_figure,
+    predictive_figure,
+    prior_predictive_figure,
+)
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
 from muscle_bayes.study.roles import drives
