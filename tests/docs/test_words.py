@@ -9,7 +9,7 @@ import typer
 from pages import DOCS, GUIDES, PROJECT, README
 
 from muscle_bayes.cli import app
-from muscle_bayes.study import words
+from muscle_bayes.report import words
 
 MOST = 35
 """Words of a sentence."""

@@ -120,27 +120,13 @@ def discover(
 
 def _show(console, found: "Discovery", out: Path) -> None:
     """Verdict, probabilities and what was added, as tables."""
-    from rich.table import Table
-
     from muscle_bayes.report.discovery_summary import verdict_text
+    from muscle_bayes.report.tables import added, probabilities, shown
 
-    table = Table("missing", "probability")
-    for name, probability in sorted(found.probabilities.items(), key=lambda item: -item[1])[:6]:
-        table.add_row(name, f"{probability:.1%}")
-    console.print(table)
-    if found.steps:
-        shown = Table("added", "run", "RMSE before", "after", "noise alone", "")
-        for step in found.steps:
-            for run, check in step.after.checks.items():
-                shown.add_row(
-                    step.added,
-                    run + (" (held out)" if run in found.held_out else ""),
-                    f"{step.before.checks[run].rmse:.3g}",
-                    f"{check.rmse:.3g}",
-                    f"{found.floor[run]:.3g}",
-                    check.unit,
-                )
-        console.print(shown)
+    told = found.as_dict()
+    console.print(shown(probabilities(told)))
+    for step in told["steps"]:
+        console.print(f"added: {step['added']}", shown(added(step, found.floor)), sep="\n")
     console.print(verdict_text(found), style="bold")
     for left_out in found.not_searched:
         console.print(f"not searched: {left_out}", style="bold yellow", soft_wrap=True)

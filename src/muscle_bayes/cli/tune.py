@@ -120,14 +120,10 @@ def tune(
 
 def show(console, result, edges) -> None:
     """Probabilities, what is infeasible, edges and the recommendation."""
-    from rich.table import Table
+    from muscle_bayes.report.control_page import probabilities
+    from muscle_bayes.report.tables import shown
 
-    table = Table("probability of meeting", *result.gains)
-    for name in [*(one.name for one in result.scenarios), None]:
-        told = (result.probability(law, name) for law in result.gains)
-        table.add_row(name or "all", *(f"{share:.3f} ± {error:.3f}" for share, error in told))
-    table.add_row("runaways", *(str(result.runaways(law)) for law in result.gains))
-    console.print(table)
+    console.print(shown(probabilities(result)))
     lines = [f"{k}: infeasible, {v.infeasible}" for k, v in result.specs.items() if v.infeasible]
     lines += [
         f"{law}: at the edge of the search: {', '.join(at)}" for law, at in edges.items() if at

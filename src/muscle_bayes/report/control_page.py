@@ -14,6 +14,7 @@ from muscle_bayes.control.linear import Loop, loops
 from muscle_bayes.json_file import write_json
 from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
 from muscle_bayes.report.style import save
+from muscle_bayes.report.tables import Table, markdown, table
 from muscle_bayes.whole_file import write_whole
 
 SHOWN: Final = {
@@ -98,7 +99,7 @@ def _page(
         "\n## What is asked\n",
         _asked(result),
         "\n## Probability of meeting it\n",
-        _probabilities(result),
+        markdown(probabilities(result)),
         "\n## Excess beyond the limits: 95 % CVaR\n",
         "The mean of the worst twentieth of the largest relative miss, cut off at 3. `=` marks a tie with "
         f"{result.recommended} within two Monte Carlo errors.\n",
@@ -114,9 +115,8 @@ def _page(
     return "\n".join([*parts, *(["![loop](loop.png)\n"] if found else [])])
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+def _markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return markdown(table(columns, rows))
 
 
 def _asked(result: Judgement) -> str:
@@ -127,7 +127,7 @@ def _asked(result: Judgement) -> str:
         best = ", ".join(_value(k, v) for k, v in spec.feasible.items() if k != "peak_temperature")
         kept = spec.infeasible or f"on {spec.attainable:.0%} of joints"
         rows.append((one.name, limits, best or "-", kept))
-    return _table(
+    return _markdown(
         ("scenario", "at most", "best input on 90 % of joints", "best input keeps it"), rows
     )
 
@@ -137,7 +137,8 @@ def _value(metric: str, value: float) -> str:
     return f"{name} {value * unit:.3g}"
 
 
-def _probabilities(result: Judgement) -> str:
+def probabilities(result: Judgement) -> Table:
+    """Share of joints that meets each specification under every law, with Monte Carlo errors."""
     names = [one.name for one in result.scenarios]
     rows = []
     for name in [*names, None]:
@@ -151,7 +152,7 @@ def _probabilities(result: Judgement) -> str:
             told = f"{name}, on the {found[0][2]} of {result.possible[name].size} joints that can"
             rows.append((told, *(f"{share:.3f} ({error:.3f})" for share, error, _ in found)))
     rows.append(("runaways", *(str(result.runaways(law)) for law in result.gains)))
-    return _table(("scenario", *result.gains), rows)
+    return table(("scenario", *result.gains), rows)
 
 
 def _excesses(result: Judgement) -> str:
@@ -165,7 +166,7 @@ def _excesses(result: Judgement) -> str:
             for other in result.gains
         ]
         rows.append((one.name, *cells))
-    return _table(("scenario", *result.gains), rows)
+    return _markdown(("scenario", *result.gains), rows)
 
 
 def _steps(result: Judgement) -> str:
@@ -178,7 +179,7 @@ def _steps(result: Judgement) -> str:
             found = result.metrics(law, one.name)
             cells = [_interval(found.get(key), SHOWN[key][1]) for key in names]
             rows.append((one.name, law, *cells))
-    return _table(("scenario", "law", *(SHOWN[key][0] for key in names)), rows)
+    return _markdown(("scenario", "law", *(SHOWN[key][0] for key in names)), rows)
 
 
 def _interval(metric: Mapping[str, float] | None, unit: float) -> str:
@@ -196,7 +197,7 @@ def _gains(result: Judgement, edges: Mapping[str, Sequence[str]]) -> str:
         (law, gains.sentence(), ", ".join(edges.get(law, ())) or "-")
         for law, gains in result.gains.items()
     ]
-    return _table(("law", "gains", "at an edge of the search"), rows)
+    return _markdown(("law", "gains", "at an edge of the search"), rows)
 
 
 def _loops(found: Mapping[str, Loop]) -> str:
@@ -210,7 +211,7 @@ def _loops(found: Mapping[str, Loop]) -> str:
         error = standard_error(float(stable), len(margins))
         rows.append((name, *cells, _range(loop.disk), f"{stable:.2f} ({error:.2f})"))
     header = ("held at", "gain margin", "phase margin [deg]", "crossover [rad/s]", "disk margin")
-    return _table((*header, "stable"), rows) + (
+    return _markdown((*header, "stable"), rows) + (
         "\n\nDry friction has no linearisation and is left out here. The rotor's resonance, which nothing "
         "else damps, crosses |L| = 1 in many draws, and the smallest phase margin then lies there. "
         "The simulations above include friction."

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.result import Curve, Discovery, Judged, Step
-from muscle_bayes.report.discovery_summary import SIGNAL_WORDS
 from muscle_bayes.report.style import (
     BLACK,
     BLUE,
@@ -22,6 +21,7 @@ from muscle_bayes.report.style import (
     quiet_style,
     save,
 )
+from muscle_bayes.report.words import SIGNAL_WORDS
 
 UNITS = {
     "q": "rad or m",

@@ -257,8 +257,8 @@ def _report(plan: Plan, stages: Sequence[Stage], left: Sequence[LeftOut]) -> Sta
         code=(
             "study/answers.py",
             "study/contents.py",
-            "study/tables.py",
-            "study/words.py",
+            "report/tables.py",
+            "report/words.py",
             "inference/posteriors/summary.py",
             "criticism/compare.py",
             "study/published.py",

@@ -6,6 +6,15 @@ from typing import Any
 from muscle_bayes.markup import RAISED
 
 MINUS = "−"
+SIGNAL_WORDS = {
+    "q": "angle or position",
+    "speed": "speed",
+    "load": "load",
+    "strain": "strain sigma of the muscle",
+    "hyst": "strain sigma_hyst of HYST",
+    "temperature": "temperature",
+}
+"""What a function may depend on, in words."""
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -147,6 +156,19 @@ def inertia(name: str, run: Numbers) -> str:
     )
 
 
+def curve(found: Numbers) -> str:
+    """A function that nobody has named in words: its coefficients would tell nobody anything."""
+    told, port = found["curve"], found["port"]
+    unit = "" if told["unit"] == "1" else f" {told['unit']}"
+    what = "The damper's logarithm" if port == "damper" else f"The {port}"
+    by_value = sorted(zip(told["median"], told["signal"], strict=True))
+    low, high = (f"{value:+.3g}{unit} at {at:.3g}" for value, at in (by_value[0], by_value[-1]))
+    return (
+        f"{what} changes by {low} to {high}, the {SIGNAL_WORDS[found['signals'][0]]} being from "
+        f"{told['signal'][0]:.3g} to {told['signal'][-1]:.3g}"
+    )
+
+
 def step(found: Numbers) -> str:
     """What an added effect is, how sure that is, and what it brings."""
     values = "; ".join(
@@ -154,6 +176,8 @@ def step(found: Numbers) -> str:
         + f" (90 %: {number(one['low'])} to {number(one['high'])})"
         for name, one in found["parameters"].items()
     )
+    if found["curve"] is not None:
+        values = curve(found)
     gate = found["gate"]
     signals = f", a function of {', '.join(found['signals'])}" if found["signals"] else ""
     return (
