@@ -10,6 +10,7 @@ from pages import DOCS, GUIDES, PROJECT, README
 
 from muscle_bayes.cli import app
 from muscle_bayes.report import words
+from muscle_bayes.study import answers
 
 MOST = 35
 """Words of a sentence."""
@@ -18,8 +19,8 @@ PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "protocol", "run-format", "architecture", "contributing", "control", "discovery", "rigs",
     "control-results", "discovery-stories",
 )), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
-SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
-REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]
+SECTIONS = sorted((Path(answers.__file__).parent / "document" / "sections").glob("*.typ"))
+REPORT = [Path(words.__file__), Path(answers.__file__), *SECTIONS]
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
 PRIVATE = (

@@ -22,8 +22,9 @@ from muscle_bayes.data.describing.tables import (
 )
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.events import complete_attempt, read_events, recording_of, without_broken_off
+from muscle_bayes.data.files import find_runs
 from muscle_bayes.data.log import HEADER
-from muscle_bayes.data.reader import find_runs, read_run, read_runs
+from muscle_bayes.data.reader import read_run, read_runs
 from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import Sensor

@@ -8,7 +8,6 @@ import numpy as np
 from muscle_bayes.data.checking.column_units import ColumnUnit, ask_for
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.describing.sizes import MOST_LOAD
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Floats, Ledger
 from muscle_bayes.data.units import COUNTS
 
@@ -82,13 +81,8 @@ def check_position(ledger: Ledger, units: dict[str, ColumnUnit], metadata: Metad
 
 
 def _ask(ledger: Ledger, key: str, column: ColumnUnit, problem: str, metadata: Metadata) -> None:
-    raise RunError.at(
-        ledger.path,
-        problem,
-        ask_for(key, column, metadata),
-        column=ledger.names[key],
-        key=f"columns.{column.key}",
-    )
+    fix = ask_for(key, column, metadata)
+    raise ledger.refusal(problem, fix, None, key, f"columns.{column.key}")
 
 
 def _time(time: Floats, metadata: Metadata) -> str:
