@@ -26,6 +26,11 @@ EXIT_CODES: Final = (
 )
 
 
+def option(metavar: str | None, text: str, *flags: str, **more: Any) -> Any:
+    """An option: what stands for its value, and its help; `flags` where the parameter's name is no name."""
+    return typer.Option(*flags, metavar=metavar, help=text, **more)
+
+
 def writable_file(option: typer.CallbackParam, value: Path | None) -> Path | None:
     """Callback of an option that names a file to be written: tested before anything is computed."""
     if value is not None:
@@ -68,14 +73,9 @@ def _unwritable(
 
 
 JsonOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--json", metavar="FILE", callback=writable_file, help="Also write the result as JSON."
-    ),
+    Path | None, option("FILE", "Also write the result as JSON.", "--json", callback=writable_file)
 ]
-SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, metavar="N", help="Seed of the random numbers.")
-]
+SeedOption = Annotated[int, option("N", "Seed of the random numbers.", "--seed", min=0)]
 RunsArgument = Annotated[
     list[Path], typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs.")
 ]
@@ -83,14 +83,12 @@ FittedArgument = Annotated[
     Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
 ]
 FolderOption = Annotated[
-    Path,
-    typer.Option("--out", metavar="DIR", callback=writable_folder, help="Folder of the results."),
+    Path, option("DIR", "Folder of the results.", "--out", callback=writable_folder)
 ]
 SchedulerOption = Annotated[
-    str | None,
-    typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
+    str | None, option("ADDRESS", "Dask scheduler, as tcp://HOST:8786; default: here.")
 ]
-WorkersOption = Annotated[int, typer.Option(min=1, metavar="N", help="Processes on this machine.")]
+WorkersOption = Annotated[int, option("N", "Processes on this machine.", min=1)]
 
 
 def print_error(error: MuscleBayesError) -> None:

@@ -13,6 +13,7 @@ from muscle_bayes.cli.common import (
     RunsArgument,
     SeedOption,
     compute_on,
+    option,
     write_json,
 )
 from muscle_bayes.cli.fit import EffectOption, FrictionOption, Preset
@@ -26,9 +27,9 @@ def discover(
     out: FolderOption = Path("reports/discovery"),
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Predict this run. Only its first part is used, for its own zero and start. "
+        option(
+            "NAME",
+            "Predict this run. Only its first part is used, for its own zero and start. "
             "May be repeated.",
         ),
     ] = None,
@@ -36,17 +37,15 @@ def discover(
     effect: EffectOption = None,
     budget: Annotated[
         float | None,
-        typer.Option(
-            metavar="MINUTES", min=0.0, help="Give the best answer by then. [default: no limit]"
-        ),
+        option("MINUTES", "Give the best answer by then. [default: no limit]", min=0.0),
     ] = None,
     smallest: Annotated[
         float,
-        typer.Option(
-            metavar="STEPS",
-            min=0.0,
-            help="RMS misfit that counts, in steps of the sensor; smaller misfit is reported, not claimed. "
+        option(
+            "STEPS",
+            "RMS misfit that counts, in steps of the sensor; smaller misfit is reported, not claimed. "
             "Of a sensor finer than its noise: in standard deviations of a reading.",
+            min=0.0,
         ),
     ] = 0.25,
     preset: Annotated[

@@ -13,6 +13,7 @@ from muscle_bayes.cli.common import (
     RunsArgument,
     SeedOption,
     compute_on,
+    option,
     print_place,
     writable_file,
     write_json,
@@ -23,12 +24,10 @@ FrictionOption = Annotated[
     typer.Option("--friction", help="Dry friction that sticks, or friction per speed."),
 ]
 EffectOption = Annotated[
-    list[str] | None,
-    typer.Option("--effect", metavar="NAME", help="Add this effect to the model; may be repeated."),
+    list[str] | None, option("NAME", "Add this effect to the model; may be repeated.", "--effect")
 ]
 GivenOption = Annotated[
-    Path | None,
-    typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
+    Path | None, option("POSTERIOR.nc", "Fixture posterior to use as prior of J and D.")
 ]
 Preset = Literal["quick", "full"]
 
@@ -36,17 +35,12 @@ Preset = Literal["quick", "full"]
 def fit(
     runs: RunsArgument,
     out: Annotated[
-        Path,
-        typer.Option(
-            metavar="POSTERIOR.nc", callback=writable_file, help="Where the posterior goes."
-        ),
+        Path, option("POSTERIOR.nc", "Where the posterior goes.", callback=writable_file)
     ],
     friction: FrictionOption = "coulomb",
     effect: EffectOption = None,
     given: GivenOption = None,
-    until: Annotated[
-        float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
-    ] = None,
+    until: Annotated[float | None, option("S", "Fit only rows before this time, s.")] = None,
     broken_off: Annotated[
         bool,
         typer.Option(

@@ -13,6 +13,7 @@ from muscle_bayes.cli.common import (
     FolderOption,
     JsonOption,
     compute_on,
+    option,
     write_json,
 )
 from muscle_bayes.cli.fit import Preset
@@ -25,13 +26,10 @@ CONFIG = "study.toml"
 
 
 def study(
-    runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder of runs.")] = Path("data"),
+    runs: Annotated[Path, option("DIR", "Folder of runs.")] = Path("data"),
     config: Annotated[
         Path | None,
-        typer.Option(
-            metavar="STUDY.toml",
-            help="What to do with them.  [default: DIR/study.toml where there is one]",
-        ),
+        option("STUDY.toml", "What to do with them.  [default: DIR/study.toml where there is one]"),
     ] = None,
     out: FolderOption = Path("reports"),
     preset: Annotated[Preset, typer.Option(help="How long to compute.")] = "full",

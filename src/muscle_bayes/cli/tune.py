@@ -9,6 +9,7 @@ import typer
 from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
+    option,
     print_place,
     writable_file,
     writable_folder,
@@ -39,9 +40,7 @@ class LawChoice(StrEnum):
 
 def tune(
     muscle: PosteriorArgument,
-    out: Annotated[
-        Path, typer.Option(metavar="GAINS.toml", callback=writable_file, help="Where the gains go.")
-    ],
+    out: Annotated[Path, option("GAINS.toml", "Where the gains go.", callback=writable_file)],
     law: Annotated[
         list[LawChoice] | None,
         typer.Option(
@@ -50,16 +49,10 @@ def tune(
     ] = None,
     spec: SpecOption = None,
     header: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="GAINS.h", callback=writable_file, help="Also write the firmware's header."
-        ),
+        Path | None, option("GAINS.h", "Also write the firmware's header.", callback=writable_file)
     ] = None,
     report: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", callback=writable_folder, help="Also write tables and figures there."
-        ),
+        Path | None, option("DIR", "Also write tables and figures there.", callback=writable_folder)
     ] = None,
     heater: HeaterOption = None,
     fixture: FixtureOption = None,

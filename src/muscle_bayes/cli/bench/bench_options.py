@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.cli.common import option
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -18,29 +19,29 @@ if TYPE_CHECKING:
 
 PortOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--port",
-        metavar="URL",
-        help="Port of a board, or any URL of pyserial; repeat it for the other board. Boards are "
+    option(
+        "URL",
+        "Port of a board, or any URL of pyserial; repeat it for the other board. Boards are "
         "found by themselves unless said.",
+        "--port",
     ),
 ]
 MeterOption = Annotated[
     str | None,
-    typer.Option(
-        "--meter",
-        metavar="[KIND:]URL",
-        help="Port of the meter; found unless said. KIND is one of an installed package "
+    option(
+        "[KIND:]URL",
+        "Port of the meter; found unless said. KIND is one of an installed package "
         "(docs/bench.md). `board`: the heater board's own thermometers.",
+        "--meter",
     ),
 ]
 SensorOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--sensor",
-        metavar="NAME",
-        help="With --simulate: what the boards are wired to besides potentiometer and meter, as "
+    option(
+        "NAME",
+        "With --simulate: what the boards are wired to besides potentiometer and meter, as "
         "`muscle-bayes sensors --list` names it; repeat it.",
+        "--sensor",
     ),
 ]
 SimulateOption = Annotated[
@@ -51,11 +52,11 @@ SimulateOption = Annotated[
 ]
 RigOption = Annotated[
     Path | None,
-    typer.Option(
-        "--rig",
-        metavar="FILE",
-        help="Rig, where the sequence leaves it out: the tables of any run's NAME.toml. With "
+    option(
+        "FILE",
+        "Rig, where the sequence leaves it out: the tables of any run's NAME.toml. With "
         "--simulate also what is true of it, as for `simulate --rig`.",
+        "--rig",
     ),
 ]
 

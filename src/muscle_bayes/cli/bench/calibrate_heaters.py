@@ -12,7 +12,7 @@ from muscle_bayes.cli.bench.bench_options import (
     SimulateOption,
     bench_lines,
 )
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, option, write_json
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.simulation import SimulatedBench
@@ -22,9 +22,7 @@ def calibrate_heaters(
     side: Annotated[
         Literal["a", "b", "both"], typer.Option(help="The tubes that are there.")
     ] = "both",
-    room: Annotated[
-        float, typer.Option(min=5.0, max=45.0, metavar="C", help="Temperature of the room, C.")
-    ] = 25.0,
+    room: Annotated[float, option("C", "Temperature of the room, C.", min=5.0, max=45.0)] = 25.0,
     simulate: SimulateOption = False,
     port: PortOption = None,
     meter: MeterOption = None,

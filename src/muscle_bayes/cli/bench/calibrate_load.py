@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from muscle_bayes.cli.bench.bench_options import PortOption, SimulateOption, bench_lines
-from muscle_bayes.cli.common import SeedOption
+from muscle_bayes.cli.common import SeedOption, option
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ _WEIGHED = 3.0
 
 
 def calibrate_load(
-    mass: Annotated[float, typer.Option(min=0.001, max=20.0, metavar="KG", help="A known mass.")],
+    mass: Annotated[float, option("KG", "A known mass.", min=0.001, max=20.0)],
     simulate: SimulateOption = False,
     port: PortOption = None,
     seed: SeedOption = 0,

@@ -13,7 +13,7 @@ from muscle_bayes.cli.bench.bench_options import (
     bench_lines,
     simulated_rig,
 )
-from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, option, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -21,34 +21,27 @@ if TYPE_CHECKING:
 
 GainsOption = Annotated[
     Path | None,
-    typer.Option(
-        "--gains",
-        metavar="GAINS.toml",
-        help="Gains of `muscle-bayes tune`, compiled into the simulated board. A real board holds by those "
+    option(
+        "GAINS.toml",
+        "Gains of `muscle-bayes tune`, compiled into the simulated board. A real board holds by those "
         "that it was flashed with.",
+        "--gains",
     ),
 ]
 JointOption = Annotated[
     Path | None,
-    typer.Option(
-        "--rig",
-        metavar="FILE",
-        help="Tables of the joint, as in NAME.toml; required with --real.",
-    ),
+    option("FILE", "Tables of the joint, as in NAME.toml; required with --real.", "--rig"),
 ]
 RealOption = Annotated[
-    bool,
-    typer.Option("--real", help="Drive the real bench; without it, the firmware in simavr."),
+    bool, typer.Option("--real", help="Drive the real bench; without it, the firmware in simavr.")
 ]
 
 
 def hold(
-    angle: Annotated[float, typer.Option(metavar="RAD", help="Angle to be held, rad.")],
+    angle: Annotated[float, option("RAD", "Angle to be held, rad.")],
     out: FolderOption,
     gains: GainsOption = None,
-    duration: Annotated[
-        float, typer.Option(metavar="S", min=1.0, max=3600.0, help="For how long, s.")
-    ] = 60.0,
+    duration: Annotated[float, option("S", "For how long, s.", min=1.0, max=3600.0)] = 60.0,
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
@@ -76,9 +69,7 @@ def track(
     ],
     out: FolderOption,
     gains: GainsOption = None,
-    duration: Annotated[
-        float | None, typer.Option(metavar="S", min=1.0, help="Only its first so many s.")
-    ] = None,
+    duration: Annotated[float | None, option("S", "Only its first so many s.", min=1.0)] = None,
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 
 def record(
     sequence: Annotated[
-        Path,
-        typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`."),
+        Path, typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`.")
     ],
     out: FolderOption,
     simulate: SimulateOption = False,
