@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 
 from muscle_bayes.control.batch import Bank
-from muscle_bayes.control.judging.judge import Judgement, standard_error, trade_off
-from muscle_bayes.control.judging.specification import HOTTEST, cvar
+from muscle_bayes.control.judging.judge import Judgement, standard_error
+from muscle_bayes.control.judging.specification import cvar
 from muscle_bayes.control.laws.gains import gains_header, gains_toml
 from muscle_bayes.control.linear import Loop, loops
 from muscle_bayes.json_file import write_json
-from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
+from muscle_bayes.report.control_figures import control_figures
 from muscle_bayes.report.style import save
 from muscle_bayes.report.tables import Table, markdown, table
 from muscle_bayes.whole_file import write_whole
@@ -29,8 +29,6 @@ SHOWN: Final = {
 ANGLES: Final = (0.03, 0.08)
 """Where loop gains are looked at [rad]."""
 FACTORS: Final = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5)
-COMPARED: Final = "thesis"
-"""The law that the recommended one is drawn against."""
 
 
 def write_control_report(
@@ -56,7 +54,8 @@ def write_control_report(
     law = result.recommended
     found = {f"{np.degrees(a):.1f} deg": loops(bank.draws, result.gains[law], a) for a in ANGLES}
     found = {name: loop for name, loop in found.items() if len(loop.gain)}
-    draw_figures(result, bank, found, folder)
+    for name, figure in control_figures(result, bank, found, FACTORS).items():
+        save(figure, folder / f"{name}.png")
     for name, gains in result.gains.items():
         head = f"{result.notes[0] if result.notes else ''}"
         write_whole(folder / f"gains-{name}.toml", gains_toml(gains, head).encode())
@@ -66,21 +65,6 @@ def write_control_report(
     page = _page(result, found, edges or {}, command)
     write_whole(folder / "report.md", page.encode())
     return page
-
-
-def draw_figures(result: Judgement, bank: Bank, found: Mapping[str, Loop], folder: Path) -> None:
-    """Responses, speed against heat, loop gains."""
-    law = result.recommended
-    both = [law, *([COMPARED] if COMPARED in result.gains and law != COMPARED else [])]
-    save(responses_figure(result, both), folder / "responses.png")
-    asked = result.scenarios[:2]
-    curves = {
-        name: trade_off(bank, gains, asked, HOTTEST, FACTORS)
-        for name, gains in result.gains.items()
-    }
-    save(pareto_figure(curves, HOTTEST), folder / "pareto.png")
-    if found:
-        save(loop_figure(found, law), folder / "loop.png")
 
 
 def _page(

@@ -1,11 +1,9 @@
 """Gains of an antagonistic joint: tuned over new joints, tested on others."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from muscle_bayes.control.judging.judge import Judgement, trade_off
-from muscle_bayes.control.judging.specification import HOTTEST
+from muscle_bayes.control.judging.judge import Judgement
 from muscle_bayes.control.laws.gains import LawName, gains_header, gains_toml
 from muscle_bayes.control.laws.templates import TUNED
 from muscle_bayes.control.linear import loops
@@ -21,7 +19,7 @@ from muscle_bayes.inference.population import fit_population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
-from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
+from muscle_bayes.report.control_figures import control_figures
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
@@ -138,34 +136,19 @@ def answers(result: Judgement, edges: dict[str, tuple[str, ...]]) -> list[str]:
     ]
 
 
+CAPTIONS: Final = {
+    "responses": "Responses of joints that were not tuned on, in every scenario: median and 90 % under the "
+    "recommended gains and under gains by the thesis' method; below each name, the share that meets "
+    "what is asked.",
+    "pareto": "Speed against heat, as all gains of a law are multiplied alike; large markers: as tuned.",
+    "loop": "Loop gain and sensitivity under the recommended gains, median and 90 % of joints; without dry "
+    "friction.",
+}
+
+
 def _draw(drawn: Drawn, found: TunedLaws, origin: str) -> None:
     result, bank = found.judgement, found.bank
-    law = result.recommended
-    others: Sequence[str] = [one for one in ("thesis",) if one != law]
-    drawn.add(
-        "control-responses",
-        responses_figure(result, [law, *others]),
-        "Responses of joints that were not tuned on, in every scenario: median and 90 % under the "
-        "recommended gains and under gains by the thesis' method; below each name, the share that meets "
-        "what is asked.",
-        origin,
-    )
-    curves = {
-        name: trade_off(bank, gains, result.scenarios[:2], HOTTEST, FACTORS)
-        for name, gains in result.gains.items()
-    }
-    drawn.add(
-        "control-pareto",
-        pareto_figure(curves, HOTTEST),
-        "Speed against heat, as all gains of a law are multiplied alike; large markers: as tuned.",
-        origin,
-    )
-    near = loops(bank.draws, result.gains[law], 0.5 * STEP, count=20)
-    if len(near.gain):
-        drawn.add(
-            "control-loop",
-            loop_figure({f"held at {0.5 * STEP:.2g} rad": near}, law),
-            "Loop gain and sensitivity under the recommended gains, median and 90 % of joints; without dry "
-            "friction.",
-            origin,
-        )
+    near = loops(bank.draws, result.gains[result.recommended], 0.5 * STEP, count=20)
+    looped = {f"held at {0.5 * STEP:.2g} rad": near} if len(near.gain) else {}
+    for name, figure in control_figures(result, bank, looped, FACTORS).items():
+        drawn.add(f"control-{name}", figure, CAPTIONS[name], origin)
