@@ -75,8 +75,7 @@ def check(
             figure = drift_figure(one, drifts[one.run], origins[one.run])
             save(figure, out / f"{one.run}-drift.png")
     _show(console, checks, drifts)
-    if json is not None:
-        write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
+    write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
     print_place("figures", out)
     if not fitted.converged:
         warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)

@@ -12,8 +12,8 @@ import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
+from muscle_bayes import json_file
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.json_file import write_json as write_json
 
 EXIT_FAILED: Final = 1
 """Not converged, not explained, or a test that failed."""
@@ -98,6 +98,12 @@ def print_error(error: MuscleBayesError) -> None:
     Console(stderr=True, soft_wrap=True).print(
         f"Error: {error}", style="red", markup=False, highlight=False
     )
+
+
+def write_json(path: Path | None, content: Any) -> None:
+    """Write a result as JSON, where somebody wants it."""
+    if path is not None:
+        json_file.write_json(path, content)
 
 
 def print_place(what: str, place: Path) -> None:

@@ -98,8 +98,7 @@ def discover(
     if found.next_experiment is not None:
         (out / "next-experiment.toml").write_text(found.next_experiment.sequence, encoding="utf-8")
     write_json(out / "discovery.json", found.as_dict())
-    if json is not None:
-        write_json(json, found.as_dict())
+    write_json(json, found.as_dict())
     _show(console, found, out)
     with shown_progress() as report:
         posterior = fit(

@@ -97,8 +97,7 @@ def fit(
     summary = summarise(posterior)
     print_summary(summary)
     print_place("posterior", out)
-    if json is not None:
-        write_json(json, summary)
+    write_json(json, summary)
     if not (posterior.converged and summary["explained"]):
         raise typer.Exit(EXIT_FAILED)
 

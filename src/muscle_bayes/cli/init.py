@@ -120,8 +120,7 @@ def init(
             f"the run cannot be read yet. Fix: edit {target}, or `init` again with --overwrite"
         )
         facts |= {"error": str(found)}
-    if json is not None:
-        write_json(json, facts)
+    write_json(json, facts)
     if error is not None:
         print_error(error)
         raise typer.Exit(EXIT_USER_ERROR)

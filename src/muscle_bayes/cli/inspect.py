@@ -62,8 +62,7 @@ def inspect(
         except MuscleBayesError as error:
             print_error(error)
             failed.append({"path": log, "error": str(error)})
-    if json is not None:
-        write_json(json, {"runs": described, "failed": failed})
+    write_json(json, {"runs": described, "failed": failed})
     if failed:
         raise typer.Exit(EXIT_USER_ERROR)
 

@@ -63,6 +63,5 @@ def population(
         if not one.converged:
             typer.echo(f"{name} HAS NOT CONVERGED: {'; '.join(one.complaints)}", err=True)
     print_place("population", out)
-    if json is not None:
-        table = found.summary().to_dict(orient="index")
-        write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})
+    table = found.summary().to_dict(orient="index")
+    write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})

@@ -79,5 +79,4 @@ def robustness(
     write_control_report(result, bank, out, command="muscle-bayes robustness")
     show(Console(), result, {})
     print_place("report", out / "report.md")
-    if json is not None:
-        write_json(json, result.as_dict() | {"seed": seed})
+    write_json(json, result.as_dict() | {"seed": seed})

@@ -165,5 +165,4 @@ def _report(
             }
         )
     typer.echo(f"{truth}: the truth behind them, for judging only")
-    if json is not None:
-        write_json(json, {"origin": "synthetic", "seed": seed, "truth_file": truth, "runs": told})
+    write_json(json, {"origin": "synthetic", "seed": seed, "truth_file": truth, "runs": told})

@@ -65,8 +65,7 @@ def study(
     with progress(plan, stages) as watcher:
         run_stages(plan, stages, watcher)
     summary = plan.summary()
-    if json is not None:
-        write_json(json, summary)
+    write_json(json, summary)
     console.print(f"read {out / 'report.html'} or {out / 'report.pdf'}", soft_wrap=True)
     complaints = summary["not_converged"]
     for name, reasons in complaints.items():

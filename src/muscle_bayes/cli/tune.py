@@ -107,8 +107,7 @@ def tune(
         print_place("report", report / "report.md")
     show(Console(), result, found.edges)
     print_place("gains", out)
-    if json is not None:
-        write_json(json, result.as_dict() | {"edges": found.edges, "seed": seed})
+    write_json(json, result.as_dict() | {"edges": found.edges, "seed": seed})
 
 
 def show(console, result, edges) -> None:

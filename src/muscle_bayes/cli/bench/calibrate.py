@@ -87,8 +87,7 @@ def calibrate(
         f"standard errors: {found.zero_error:.2g} counts, {found.scale_error:.2g} rad per count",
         err=True,
     )
-    if json is not None:
-        write_json(json, {"stops": angles, **asdict(found)})
+    write_json(json, {"stops": angles, **asdict(found)})
 
 
 def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:

@@ -59,5 +59,4 @@ def calibrate_heaters(
                 f"{fit.tube.cooling_time:.1f} s; stored on the board"
             )
             report[name] = asdict(fit)
-    if json is not None:
-        write_json(json, report)
+    write_json(json, report)

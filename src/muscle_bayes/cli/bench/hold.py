@@ -158,8 +158,7 @@ def _drive(
         f"{told['path']}: {outcome.rows} rows, {outcome.duration:.1f} s; in the last fifth the error is "
         f"{told['error']:+.4f} rad on average; hottest {told['hottest']:.1f} C"
     )
-    if json is not None:
-        write_json(json, told)
+    write_json(json, told)
 
 
 @contextmanager

@@ -108,8 +108,7 @@ def record(
             report["error"] = str(error)
             raise
         finally:
-            if json is not None:
-                write_json(json, report)
+            write_json(json, report)
         if simulate:
             typer.echo(f"simulated in {perf_counter() - begun:.0f} s")
 
