@@ -99,15 +99,24 @@ def _time(time: Floats, metadata: Metadata) -> str:
     return ""
 
 
+def likely_temperature(values: Floats) -> str:
+    """The unit in which temperatures are those of a rig, where they are not in degrees C."""
+    values = values[np.isfinite(values)]
+    low = float(np.percentile(values, 5)) if values.size else 0.0
+    if low > 200.0 and low - 273.15 > -50.0:
+        return "kelvin"
+    return "degF" if low > COLDEST_HOT and ROOM[0] < (low - 32.0) / 1.8 < ROOM[1] else ""
+
+
 def _temperature(values: Floats, metadata: Metadata) -> str:
     low, high = np.percentile(values, [5, 95])
-    if low > 200.0 and low - 273.15 > -50.0:
+    unit = likely_temperature(values)
+    if unit == "kelvin":
         return f"temperatures of {low:.4g} to {high:.4g} are no degrees C; kelvin fit"
-    if low > COLDEST_HOT and ROOM[0] < (low - 32.0) / 1.8 < ROOM[1]:
-        cold = (low - 32.0) / 1.8
+    if unit == "degF":
         return (
             f"temperatures never fall below {low:.4g}, which is no room's in C; "
-            f"in degrees F it is {cold:.3g} C"
+            f"in degrees F it is {(low - 32.0) / 1.8:.3g} C"
         )
     return ""
 
