@@ -98,6 +98,11 @@ class Run:
         return self.output_sensor.unit
 
     @property
+    def has_muscle(self) -> bool:
+        """Whether a muscle moves the rig."""
+        return "muscle" in (self.metadata.element_a.kind, self.metadata.element_b.kind)
+
+    @property
     def has_force(self) -> bool:
         """Whether a force was measured."""
         return bool(self.table["force"].notna().all())

@@ -10,7 +10,6 @@ from muscle_bayes.data import Run
 from muscle_bayes.physics.effects.own import own_sources
 from muscle_bayes.provenance import source_checksum
 from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.roles import drives
 
 FIT: Final = ("physics", "data", "inference")
 """Code that a posterior depends on."""
@@ -122,7 +121,7 @@ def _checks(plan: Plan, name: str, fit: str, runs: Sequence[str]) -> Stage:
 
 def _of_kind(plan: Plan, moved: bool) -> tuple[str, ...]:
     """Held-out runs with a muscle, or without."""
-    return tuple(run.name for run in plan.runs(plan.roles.held_out) if drives(run) == moved)
+    return tuple(run.name for run in plan.runs(plan.roles.held_out) if run.has_muscle == moved)
 
 
 def _fixture(plan: Plan) -> list[Stage | LeftOut]:

@@ -51,10 +51,6 @@ def assumptions(run: Run) -> list[Assumption]:
     return listed
 
 
-def _has_muscle(run: Run) -> bool:
-    return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
-
-
 def _has_thermometer(run: Run) -> bool:
     """Whether a muscle's temperature is taken from a thermometer."""
     about = run.metadata
@@ -173,7 +169,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Fixture.inertia": _where(lambda run: run.metadata.protocol != "imposed", "estimated (J)"),
     "Fixture.stops": "none",
     "Fixture.room_temperature": lambda run, prefix: (
-        f"{run.metadata.fixture.room_temperature:g} C" if _has_muscle(run) else ""
+        f"{run.metadata.fixture.room_temperature:g} C" if run.has_muscle else ""
     ),
     "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
     "Potentiometer.bits": f"{CONVERTER_BITS}, whole counts of 0 to {2**CONVERTER_BITS - 1}",

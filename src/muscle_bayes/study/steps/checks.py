@@ -24,7 +24,6 @@ from muscle_bayes.report.predictive_figures import (
 )
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
-from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 
 
@@ -34,7 +33,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
     moved = part == "muscle"
     fit = "muscle" if moved else f"fixture-{plan.config.friction}"
     fitted = plan.fitted(plan.roles.muscle if moved else plan.roles.fixture)
-    held = [run for run in plan.runs(plan.roles.held_out) if drives(run) == moved]
+    held = [run for run in plan.runs(plan.roles.held_out) if run.has_muscle == moved]
     posterior = Posterior.load(plan.posterior(fit))
     drawn = Drawn(plan)
     report("what is identified", 0, 3)
@@ -153,7 +152,7 @@ def _judged(
             _predicted_caption(one.run, check, one.run in plan.roles.held_out),
             origin_of([run]),
         )
-        if ahead and drives(run):
+        if ahead and run.has_muscle:
             found = drift(one, plan.config.seed)
             drifts[one.run] = found.as_dict()
             if not found.phases:

@@ -21,7 +21,6 @@ from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
 from muscle_bayes.report.control_figures import control_figures
 from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.whole_file import write_whole
 
@@ -41,7 +40,7 @@ def mirrored(run: Run) -> Design:
 
 def heater_of(plan: Plan, seed: int) -> HeaterPosterior:
     """The heater's posterior from the runs that were held out, else from those fitted, else assumed."""
-    moved = [run for run in plan.runs(plan.roles.held_out) if drives(run)]
+    moved = [run for run in plan.runs(plan.roles.held_out) if run.has_muscle]
     for runs in (moved, plan.runs(plan.roles.muscle)):
         if not runs:
             continue
