@@ -3,18 +3,18 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from doit.cmd_base import TaskLoader2
+from doit.cmd_base import ModuleTaskLoader
 from doit.dependency import JsonDB
 from doit.doit_cmd import DoitMain
 from doit.exceptions import BaseFail, TaskFailed
 from doit.globals import Globals
 from doit.reporter import ZeroReporter
-from doit.task import Task, dict_to_task
+from doit.task import Task
 from doit.tools import config_changed
 
 from muscle_bayes.errors import MuscleBayesError
@@ -65,8 +65,13 @@ def run_stages(
         "par_type": "thread",
         "verbosity": 0,
     }
+
+    def task_stages() -> Iterator[dict[str, Any]]:
+        for stage in longest_path_first(stages, plan.preset):
+            yield _task(plan, stage, process_of(stage, plan.path))
+
     code = DoitMain(
-        _Loader(plan, stages, process_of, settings),
+        ModuleTaskLoader({"DOIT_CONFIG": settings, "task_stages": task_stages}),
         config_filenames=(),
         extra_config={"BACKEND": {"whole": "muscle_bayes.study.pipeline:WholeFile"}},
     ).run(["run"])
@@ -99,38 +104,17 @@ class _Reporter(ZeroReporter):
         self.failed = self.failed or f"stage {task.name}: {fail_info.message}"
 
 
-class _Loader(TaskLoader2):
-    """Stages as doit's tasks."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        stages: Sequence[Stage],
-        process_of: Callable[[Stage, Path], list[str]],
-        settings: dict[str, Any],
-    ) -> None:
-        super().__init__()
-        self._plan, self._stages = plan, stages
-        self._process_of, self._settings = process_of, settings
-
-    def load_doit_config(self) -> dict[str, Any]:
-        return self._settings
-
-    def load_tasks(self, cmd: Any, pos_args: Any) -> list[Task]:
-        ordered = longest_path_first(self._stages, self._plan.preset)
-        return [dict_to_task(self._task(stage)) for stage in ordered]
-
-    def _task(self, stage: Stage) -> dict[str, Any]:
-        plan = self._plan
-        reads = [*plan.files(stage.runs), *stage.needs]
-        return {
-            "name": stage.name,
-            "actions": [(_ended_well, [self._process_of(stage, plan.path)])],
-            "io": {"capture": False},  # doit would redirect the output of all threads
-            "file_dep": [str(path) for path in reads],
-            "targets": [str(path) for path in (stage.result, *stage.also, *figures_of(stage))],
-            "uptodate": [config_changed(stage.inputs(plan))],
-        }
+def _task(plan: Plan, stage: Stage, process: list[str]) -> dict[str, Any]:
+    """A stage as doit has it."""
+    reads = [*plan.files(stage.runs), *stage.needs]
+    return {
+        "basename": stage.name,
+        "actions": [(_ended_well, [process])],
+        "io": {"capture": False},  # doit would redirect the output of all threads
+        "file_dep": [str(path) for path in reads],
+        "targets": [str(path) for path in (stage.result, *stage.also, *figures_of(stage))],
+        "uptodate": [config_changed(stage.inputs(plan))],
+    }
 
 
 def _ended_well(process: list[str]) -> TaskFailed | None:
