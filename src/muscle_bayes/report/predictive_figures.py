@@ -46,7 +46,7 @@ def predictive_figure(prediction: Prediction, check: RunCheck, origin: str) -> F
         if heated:
             axes[1].plot(prediction.time, prediction.temperature, color=VERMILLION)
             axes[1].set_ylabel("$T_A$ [°C]")
-        _residuals(axes[-1], prediction)
+        draw_residuals(axes[-1], prediction)
         for axis in axes:
             axis.margins(x=0.01)
         axes[-1].set_xlabel("time [s]")
@@ -67,11 +67,7 @@ def _title(prediction: Prediction, check: RunCheck) -> str:
 
 
 def _readings(axis: Axes, prediction: Prediction) -> None:
-    time = prediction.time
-    draw_bands(axis, time, prediction.reading, "predictions")
-    axis.plot(time, prediction.model.mean(axis=0), color=BLUE, linewidth=1.1, label="mean model")
-    axis.plot(time, prediction.observed, label="logged (interval means)", **_DOT)
-    axis.set_ylabel(f"reading [{prediction.unit}]")
+    draw_readings(axis, prediction)
     axis.legend(ncols=4, **_LEGEND)
     unit, factor = judged_unit(prediction)
     first = float(prediction.observed[0])
@@ -85,7 +81,17 @@ def _readings(axis: Axes, prediction: Prediction) -> None:
     second.set_ylabel(f"moved [{unit}]")
 
 
-def _residuals(axis: Axes, prediction: Prediction) -> None:
+def draw_readings(axis: Axes, prediction: Prediction) -> None:
+    """Predictions as bands, the mean model, and what was logged."""
+    draw_bands(axis, prediction.time, prediction.reading, "predictions")
+    mean = prediction.model.mean(axis=0)
+    axis.plot(prediction.time, mean, color=BLUE, linewidth=1.1, label="mean model")
+    axis.plot(prediction.time, prediction.observed, label="logged (interval means)", **_DOT)
+    axis.set_ylabel(f"reading [{prediction.unit}]")
+
+
+def draw_residuals(axis: Axes, prediction: Prediction) -> None:
+    """Readings minus the mean model, with the predictions' bands about it."""
     mean = prediction.model.mean(axis=0)
     draw_bands(axis, prediction.time, prediction.reading - mean, "predictions")
     axis.axhline(0.0, color=BLUE, linewidth=1.0)
