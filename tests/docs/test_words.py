@@ -11,7 +11,8 @@ from pages import DOCS, GUIDES, PROJECT, README
 
 import muscle_bayes as mb
 from muscle_bayes.cli import app
-from muscle_bayes.study import words
+from muscle_bayes.report import words
+from muscle_bayes.study import answers
 
 MOST = 25
 """Words of a sentence."""
@@ -20,8 +21,8 @@ PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "protocol", "run-format", "architecture", "contributing", "control", "discovery", "rigs",
     "control-results", "discovery-stories", "real-rigs", "bench-trials",
 )), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
-SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
-REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]
+SECTIONS = sorted((Path(answers.__file__).parent / "document" / "sections").glob("*.typ"))
+REPORT = [Path(words.__file__), Path(answers.__file__), *SECTIONS]
 PUBLIC = [name for name in mb.__all__ if callable(getattr(mb, name))]
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 

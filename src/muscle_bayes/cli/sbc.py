@@ -100,8 +100,7 @@ def sbc(
     save(calibration_figure(calibration, out.name), out / "ranks.png")
     numbers = calibration.as_dict()
     write_json(out / "calibration.json", numbers)
-    if json is not None:
-        write_json(json, numbers)
+    write_json(json, numbers)
     name, chance = calibration.smallest()
     console = Console()
     console.print(
