@@ -184,7 +184,7 @@ def add_names(
         near = with_own_motion(search, fits)
         if better.log_evidence > begun.log_evidence + 3.0:
             current = max(current, search.settled(better), key=evidence)
-        naming = _weighed(found, current, near, fits)
+        naming = _weighed(found, current, near, fits, left.p_value)
         found.naming = found.naming or naming
         _set_last(found, current)
         if not naming.claims:
@@ -192,18 +192,53 @@ def add_names(
             return
         after = near[naming.best]
         gate = judge(search, current, after)
+        rival = near.get(naming.tie[1]) if naming.tie else None
+        links = [Link(naming.best, naming, current, after, gate, search, rival)]
         if not gate.passed:
             found.stopped = (
                 f"{naming.best} would come next, but does not predict unseen readings better: "
                 f"{gate.gain:+.1f} nat, standard error {gate.se:.1f}"
             )
+            room = len(found.links) + 1 < most
+            links = _with_another(found, links[0], remaining) if room else []
+        if not links:
             return
-        rival = near.get(naming.tie[1]) if naming.tie else None
-        found.links.append(Link(naming.best, naming, current, after, gate, search, rival))
-        remaining.remove(naming.best)
+        found.links += links
+        for link in links:
+            remaining.remove(link.effect)
         for index in range(len(found.links) - 1):
             _replace(found, index, remaining)
         found.left = locate(search, found.last)
+
+
+def _with_another(found: Found, unsure: Link, names: Sequence[str]) -> list[Link]:
+    """An effect that predicts unseen readings better only beside another, with that other one.
+
+    Both stay if the two together, and each beside the other, predict them better.
+    """
+    search, first = found.search, unsure.after
+    left = locate(search, first)
+    if not could_claim(left.p_value):
+        return []
+    begun = search.slow(first)
+    others = [name for name in names if name != unsure.effect]
+    _, fits = fit_candidates(search, begun, scored(search, begun, others, search.seed))
+    near = with_own_motion(search, fits, most=2)
+    naming = _weighed(found, first, near, fits, left.p_value)
+    if not naming.claims:
+        return []
+    both = near[naming.best]
+    (second,) = search.fit([search.with_effects(both, (*unsure.before.effects, naming.best))])
+    gates = [
+        judge(search, before, both) for before in (unsure.before, search.settled(second), first)
+    ]
+    if not all(gate.passed for gate in gates):
+        return []
+    rival = near.get(naming.tie[1]) if naming.tie else None
+    return [
+        replace(unsure, gate=gates[1]),
+        Link(naming.best, naming, first, both, gates[2], search, rival),
+    ]
 
 
 def _replace(found: Found, index: int, remaining: list[str]) -> None:
@@ -221,7 +256,7 @@ def _replace(found: Found, index: int, remaining: list[str]) -> None:
     if best is None or near[best].log_evidence < last.log_evidence + 3.0:
         return
     remaining[:] = [old, *(name for name in remaining if name != best)]
-    naming = _weighed(found, without, {**near, old: last}, {**fits, old: last})
+    naming = _weighed(found, without, {**near, old: last}, {**fits, old: last}, found.left.p_value)
     order = [best if link.effect == old else link.effect for link in found.links]
     before, links = found.base, []
     for size, link in enumerate(found.links, 1):
@@ -246,9 +281,16 @@ def _set_last(found: Found, current: Fitted) -> None:
 
 
 def _weighed(
-    found: Found, base: Fitted, near: Mapping[str, Fitted], fits: Mapping[str, Fitted]
+    found: Found,
+    base: Fitted,
+    near: Mapping[str, Fitted],
+    fits: Mapping[str, Fitted],
+    p_value: float,
 ) -> Naming:
-    """Probabilities of all candidates, those of the two likeliest checked against sampled posteriors."""
+    """Probabilities of all candidates, those of the two likeliest checked against sampled posteriors.
+
+    `p_value` is that of the misfit that they are to explain.
+    """
     search = found.search
     best = max([base, *near.values()], key=evidence)
     lines = traces(search.nested, base)
@@ -267,7 +309,7 @@ def _weighed(
     corrections = {name: one.log_evidence - one.laplace for name, one in checked.items()}
     if not all(one.good for one in checked.values()):
         corrections = {}
-    return naming.corrected(corrections).supported(found.left.p_value)
+    return naming.corrected(corrections).supported(p_value)
 
 
 def judge(search: Search, before: Fitted, after: Fitted) -> Gate:
