@@ -10,7 +10,7 @@ from muscle_bayes.data.run import Run
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.records.parts import parts_of
-from muscle_bayes.inference.records.rig import has_muscle, rig, with_parameters
+from muscle_bayes.inference.records.rig import rig, with_parameters
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import friction_law
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -50,7 +50,7 @@ def plant_of(
         0.00124
     """
     stated = run.metadata.fixture.inertia is not None
-    needed = [*([] if stated else ["J"]), "D", *(MUSCLE_PARAMETERS if has_muscle(run) else ())]
+    needed = [*([] if stated else ["J"]), "D", *(MUSCLE_PARAMETERS if run.has_muscle else ())]
     parts = {
         f"{place}.{key}" for place, p in parts_of(run.metadata).items() for key in p.estimated()
     }
@@ -60,7 +60,7 @@ def plant_of(
         raise MuscleBayesError(f"{run.name}: no value for {', '.join(missing)}. Fix: give it.")
     muscle = (
         MuscleParameters(**{name: values[name] for name in MUSCLE_PARAMETERS})
-        if has_muscle(run)
+        if run.has_muscle
         else None
     )
     law = friction_law(friction)(values["D"])

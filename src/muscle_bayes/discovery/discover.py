@@ -36,7 +36,6 @@ from muscle_bayes.discovery.weigh import (
 )
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.records.open_delay import with_open_delay
-from muscle_bayes.inference.records.rig import has_muscle
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS
@@ -56,7 +55,7 @@ def applicable(
     """
     known = {**CATALOGUE, **own_effects()} if known is None else known
     present = with_open_delay(runs, present)
-    muscle = any(has_muscle(run) for run in runs)
+    muscle = any(run.has_muscle for run in runs)
     return [
         name
         for name, effect in known.items()

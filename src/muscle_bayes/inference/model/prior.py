@@ -17,7 +17,6 @@ from muscle_bayes.inference.records.parts import HEATERS, parts_of
 from muscle_bayes.inference.records.record import Record
 from muscle_bayes.inference.records.rig import (
     driving_force,
-    has_muscle,
     restores,
     stated_inertia,
     strains,
@@ -50,7 +49,7 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
     forces = [driving_force(run) for run in runs]
     levers = [max(tension_lever(run), 1e-6) for run in runs]
     force, tension = max(forces), max(f / lever for f, lever in zip(forces, levers, strict=True))
-    if force == 0.0 and any(has_muscle(run) for run in runs):
+    if force == 0.0 and any(run.has_muscle for run in runs):
         force, tension = UNSTATED_TENSION * max(levers), UNSTATED_TENSION
     elif force == 0.0:
         # Nothing that drives is stated: what moves the stated inertia, or a hand-sized one, as read.
@@ -121,7 +120,7 @@ def is_powered(runs: Sequence[Run]) -> bool:
 
 def mean_first_strain(runs: Sequence[Run]) -> float:
     """Strain of the muscle at the first reading, mean over the runs that have one."""
-    return float(np.mean([strains(run)[0] for run in runs if has_muscle(run)]))
+    return float(np.mean([strains(run)[0] for run in runs if run.has_muscle]))
 
 
 def first_tension(run: Run) -> float:
@@ -141,7 +140,7 @@ def reference_tension(runs: Sequence[Run], size: Scales) -> float:
 
 def _first_lag_spread(runs: Sequence[Run]) -> float:
     """How far HYST may be from rest at the first row: about as far as the muscles move."""
-    widest = max(float(np.ptp(strains(run))) for run in runs if has_muscle(run))
+    widest = max(float(np.ptp(strains(run))) for run in runs if run.has_muscle)
     return float(np.clip(widest, *FIRST_LAG))
 
 
@@ -217,7 +216,7 @@ def run_sites(
         spread = np.array([FIRST_FORCE * float(np.ptp(run.output)) for run in runs])
         meaning = "tension at the first row, less that read there: by it HYST begins"
         sites["first_force"] = Site(dist.Normal(np.zeros(len(names)), spread), "N", meaning)
-    elif regime != "heated" and any(has_muscle(run) for run in runs):
+    elif regime != "heated" and any(run.has_muscle for run in runs):
         sites["hyst_lag"] = Site(
             dist.Normal(jnp.zeros(len(names)), _first_lag_spread(runs)),
             "1",

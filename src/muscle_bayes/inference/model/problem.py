@@ -26,7 +26,7 @@ from muscle_bayes.inference.records.parts import heaters_of
 from muscle_bayes.inference.records.record import Record
 from muscle_bayes.inference.records.regime import REGIMES, Regime, regime_of
 from muscle_bayes.inference.records.release import moves_at_release
-from muscle_bayes.inference.records.rig import has_muscle, output_of, outputs_of, rig
+from muscle_bayes.inference.records.rig import output_of, outputs_of, rig
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
@@ -145,7 +145,7 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
                 f'{run.name}: protocol = "spring" starts at rest, but the first rows already move. '
                 'Fix: set protocol = "free", or cut the rows before the release'
             )
-        if has_muscle(run) and run.measured == "velocity":
+        if run.has_muscle and run.measured == "velocity":
             raise MuscleBayesError(
                 f"{run.name}: a muscle's run measures a velocity, which shows nothing of its length. "
                 "Fix: log the position"
@@ -154,7 +154,7 @@ def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
         effect_type(name)
     if len(set(effects)) < len(effects):
         raise MuscleBayesError("an effect was named twice. Fix: name each effect once.")
-    if not any(has_muscle(run) for run in runs):
+    if not any(run.has_muscle for run in runs):
         for name in effects:
             if effect_type(name).port in MUSCLE_PORTS:
                 raise MuscleBayesError(
@@ -193,9 +193,9 @@ def pose(
     records = [_recorded(run) for run in runs]
     size = prior.scales(runs, records)
     sites, first = prior.fixture_sites(runs, friction, size), 0.0
-    if any(has_muscle(run) for run in runs):
+    if any(run.has_muscle for run in runs):
         first = prior.mean_first_strain(runs)
-        forces = all(run.imposed is not None for run in runs if has_muscle(run))
+        forces = all(run.imposed is not None for run in runs if run.has_muscle)
         powered = prior.is_powered(runs)
         sites |= muscle_sites(size, first, powered=powered, only_forces=forces)
     sites |= prior.part_sites(runs, size)

@@ -3,7 +3,6 @@
 from typing import Literal
 
 from muscle_bayes.data.run import Run
-from muscle_bayes.inference.records.rig import has_muscle
 
 Regime = Literal["fast", "slow", "imposed", "heated"]
 REGIMES: tuple[Regime, ...] = ("fast", "slow", "imposed", "heated")
@@ -22,4 +21,4 @@ def regime_of(run: Run) -> Regime:
         return "heated"
     if run.measured == "force":
         return "imposed"
-    return "slow" if has_muscle(run) else "fast"
+    return "slow" if run.has_muscle else "fast"

@@ -120,11 +120,6 @@ def output_of(run: Run) -> Output:
     return Temperature(SIDES.index(run.heated)) if run.heated else OUTPUTS[run.measured]
 
 
-def has_muscle(run: Run) -> bool:
-    """Whether a muscle hangs on either side."""
-    return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
-
-
 def restores(run: Run) -> bool:
     """Whether anything pulls the coordinate back, so that initial errors do not grow with time."""
     return {run.metadata.element_a.kind, run.metadata.element_b.kind} != {"none"}
@@ -154,7 +149,7 @@ def driving_force(run: Run) -> float:
 def greatest_force(run: Run) -> float:
     """Greatest generalised force that all parts together exert [N m or N]; 0 where one is unknown."""
     plant = rig(run.metadata)
-    if has_muscle(run) or any(part.estimated() for part in parts_in(plant).values()):
+    if run.has_muscle or any(part.estimated() for part in parts_in(plant).values()):
         return 0.0
     signal, still = jnp.asarray(run.table["applied"].abs().max()), jnp.zeros(())
     drive = float(jnp.abs(plant.actuator.force(signal, still)))
