@@ -1,4 +1,4 @@
-"""The thesis' story: coils touch for some seconds of one run, and discovery says so."""
+"""The thesis' stories: coils touch for some seconds of one run, the muscle drifts; discovery says so."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +8,8 @@ import pytest
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.twin import EFFECTS, save_runs, simulate
-from muscle_bayes.twin.shipped import SEED, shipped_runs
+from muscle_bayes.twin.effects import make_effect
+from muscle_bayes.twin.shipped import HIDDEN, SEED, shipped_runs, simulate_shipped
 
 HELD_OUT = "staircase-166g"
 
@@ -30,3 +31,17 @@ def test_an_effect_of_some_seconds_is_located_named_and_added(tmp_path: Path) ->
     assert closed is not None
     assert closed > 0.8
     assert not found.final.misfit.significant
+
+
+@pytest.mark.slow
+def test_two_effects_in_the_same_runs_are_named(tmp_path: Path) -> None:
+    """Coils that touch bias what the damper's law is seen to be: neither predicts better alone."""
+    drift = make_effect("damper-law", activation_temperature=3000.0)
+    save_runs(tmp_path / "runs", simulate_shipped(hidden=(*HIDDEN, drift)))
+    found = discover(read_runs([tmp_path / "runs"]), hold_out=["sawtooth"])
+    assert set(found.effects) == {"coil-contact", "damper-law"}
+    assert not found.final.misfit.significant
+    # The run that was held out is predicted better by both than by none.
+    assert found.final.checks["sawtooth"].rmse < 0.5 * found.nominal.checks["sawtooth"].rmse
+    law = found.steps[-1].parameters["activation_temperature"]
+    assert law.low < 3000.0 < law.high
