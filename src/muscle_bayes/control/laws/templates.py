@@ -1,6 +1,6 @@
 """The laws that are compared: what is fixed in each, and the box in which its gains are looked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -42,6 +42,12 @@ BOXES: Final = {
 """Lowest and highest of what is tuned, in the units of `Gains`."""
 EDGE: Final = 0.01
 """Share of a box within which a gain is at its edge."""
+LOWEST: Final = {"filter_time": "no filter"}
+HIGHEST: Final = {
+    "proportional": "full duty for one count",
+    "windup_time": "no back-calculation",
+}
+"""What an edge of a box means, where nothing that matters lies beyond."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,8 @@ class Template:
 
     gains: Gains
     box: dict[str, tuple[float, float]]
+    relay: float = np.inf
+    """Proportional gain with which one count of error asks for full duty [duty / rad]."""
 
     def at(self, place: Sequence[float] | np.ndarray) -> Gains:
         """Gains at a place: logarithmic, but for the bias."""
@@ -71,17 +79,24 @@ class Template:
         return np.clip(found, 0.0, 1.0)
 
     def edges(self, place: np.ndarray) -> list[str]:
-        """Gains that lie at an edge of the box.
+        """Gains that lie at an edge of the box, with what the edge means where it is physical.
 
-        A bias of nothing is none, and neither is the longest windup time: no back-calculation to speak of.
+        A bias of nothing is none.
         """
         found = []
         for x, (name, (low, _)) in zip(place, self.box.items(), strict=True):
-            lowest = x < EDGE and low > 0.0
-            highest = x > 1.0 - EDGE and name != "windup_time"
-            if lowest or highest:
-                found.append(name)
+            if x < EDGE and low > 0.0:
+                found.append(name + self._physical(name, LOWEST))
+            elif x > 1.0 - EDGE:
+                found.append(name + self._physical(name, HIGHEST))
         return found
+
+    def _physical(self, name: str, meanings: Mapping[str, str]) -> str:
+        """What lies beyond an edge, in brackets, where nothing that matters does."""
+        softer = self.box[name][1] < (1.0 - EDGE) * self.relay
+        if name not in meanings or (name == "proportional" and softer):
+            return ""
+        return f" ({meanings[name]})"
 
 
 def template(law: LawName, draws: JointDraws, period_ms: int = 30) -> Template:
@@ -101,7 +116,8 @@ def template(law: LawName, draws: JointDraws, period_ms: int = 30) -> Template:
         table = static_inverse(draws, temperatures=True)
         return Template(Gains(law=law, inner=inner, feedforward=table, **common), box)
     known = static_inverse(draws) if law == "feedforward" else None
-    return Template(Gains(law=law, feedforward=known, **common), box)
+    relay = FULL_DUTY / draws.design.potentiometer.radians_per_count
+    return Template(Gains(law=law, feedforward=known, **common), box, relay)
 
 
 def _on_the_board(law: LawName, draws: JointDraws, period: float) -> dict[str, tuple[float, float]]:
