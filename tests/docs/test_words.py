@@ -16,7 +16,7 @@ MOST = 35
 PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "index", "model", "conventions", "evidence", "glossary", "api", "gallery", "effects", "bench",
     "protocol", "run-format", "architecture", "contributing", "control", "discovery", "rigs",
-    "control-results", "discovery-stories",
+    "control-results", "discovery-stories", "predictive-control",
 )), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
 SECTIONS = sorted((Path(words.__file__).parent / "document" / "sections").glob("*.typ"))
 REPORT = [Path(words.__file__), Path(words.__file__).with_name("answers.py"), *SECTIONS]
