@@ -14,7 +14,7 @@ from benchmarks.rigs import EXAMPLES, Example, example
 from muscle_bayes.data.reader import run_from_bytes
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.sampling.fit import QUICK, fit
-from muscle_bayes.report.bands import mark_origin
+from muscle_bayes.report.style import mark_origin
 
 ROOT = Path(__file__).parents[1]
 PAGE, KEPT = ROOT / "docs" / "rigs.md", ROOT / "reports" / "rigs"

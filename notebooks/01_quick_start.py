@@ -79,8 +79,8 @@ mb.plot_prediction(prediction, check, runs[0].metadata.origin)
 check
 
 # %% [markdown]
-# A share of about 90 % of the readings inside the 90 % band says that the uncertainty is stated as
-# it is: much less would be overconfident, much more too careful.
+# About 90 % of the readings should lie inside the 90 % band. A much smaller share means that the
+# fit is overconfident, a much larger one that it is too careful.
 #
 # ## Where next
 #

@@ -62,7 +62,7 @@ pd.DataFrame({"frame_time": time, "angle_deg": np.degrees(swing.y[0]) + noise}).
 # %% [markdown]
 # ## Describe it
 #
-# `[columns]` says where time and position stand and in which unit; `[element_a]` says what acts on
+# `[columns]` says where time and position stand and in which unit. `[element_a]` says what acts on
 # the axle: here an arm, in other rigs a `spring`, a `muscle` or `none`. The page *Run format* lists
 # every key.
 

@@ -60,8 +60,8 @@ posteriors["linear"]
 mb.compare(posteriors["coulomb"], posteriors["linear"])
 
 # %% [markdown]
-# Why it comes out so can be seen: with friction in proportion to speed a swing dies away gradually
-# and ends in the middle, while the real one ends at once, and off it.
+# The figure below shows why. With friction in proportion to speed a swing dies away gradually and
+# ends in the middle. The recorded one ends at once, and off the middle.
 
 # %%
 for friction, posterior in posteriors.items():

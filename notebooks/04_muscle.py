@@ -36,8 +36,8 @@ mb.plot_run(runs[0])
 # %% [markdown]
 # ## First the fixture, then the muscle
 #
-# The posterior of the rotor, from the spring records, is the prior of *J* and *D* here: what has been
-# learnt is carried on, with its uncertainty.
+# The posterior of the rotor, from the spring records, is the prior of *J* and *D* here. So the
+# uncertainty of the first fit enters the second.
 
 # %%
 if not (KEPT / "fixture.nc").exists():

@@ -45,9 +45,10 @@ print("time constant [s], 20 draws of the prior:", jnp.round(jnp.sort(allowed["t
 # %% [markdown]
 # ## Sample
 #
-# NUTS over everything, from the prior's medians, with few draws: enough to see that it runs. The column
-# `ess_bulk` says that they are **not to be used**: the springs' minimum forces are walls for NUTS. `fit`
-# samples these and the noise in blocks of their own, and starts at the mode.
+# NUTS over everything, from the prior's medians, with few draws: enough to see that it runs. The
+# column `ess_bulk` says that they are **not to be used**: NUTS hardly crosses the thresholds that
+# the springs' minimum forces make. `fit` samples these and the noise in blocks of their own, and
+# starts at the mode.
 
 # %%
 kernel = NUTS(model, dense_mass=True, max_tree_depth=5, init_strategy=init_to_median)

@@ -53,9 +53,9 @@ check
 # %% [markdown]
 # ## Drift while cold
 #
-# The thesis ended with a riddle: at room temperature its muscle crept where the model stood still.
-# So that is asked separately. In every cold phase after heating, how fast does the rotor move, and
-# how fast should it?
+# The thesis ended with an open question: at room temperature its muscle crept where the model stood
+# still. So that is asked separately. In every cold phase after heating, how fast does the rotor
+# move, and how fast should it?
 
 # %%
 found = mb.drift(prediction)

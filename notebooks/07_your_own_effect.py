@@ -4,8 +4,8 @@
 # **You will learn** how to write an effect of your own, and to test whether the runs want it.
 #
 # The catalogue holds what others thought of. Your rig may do something else. An effect is one class
-# in one file; everything that the package does with its own effects (fitting, gating, predicting,
-# discovery) then works with yours.
+# in one file. Fitting, predicting and discovery with its cross-validation then work with yours as
+# with the package's own.
 #
 # Our suspicion for this notebook: the axle carries magnets. They pull the rotor
 # towards eight angles, a torque that repeats with the angle:
@@ -40,7 +40,7 @@ EFFORT = "quick"
 # %% [markdown]
 # ## A port
 #
-# An effect corrects one quantity of the plant on its way. These can be had:
+# An effect corrects one quantity of the plant. These are the ports:
 
 # %%
 for port, carries in PORTS.items():

@@ -81,7 +81,7 @@ print(f"{outcome.rows} rows in {outcome.duration:.1f} s, {outcome.figures['lost'
 mb.plot_run(run)
 
 # %% [markdown]
-# How were the setpoints met? (15 s are short for this heater, so it is told what was reached.)
+# How were the setpoints met? (15 s are short for this heater, so what was reached is printed.)
 
 # %%
 for one in settlings(run):

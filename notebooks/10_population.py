@@ -36,8 +36,8 @@ lot = mb.load_example("lot")
 # %% [markdown]
 # ## One after the other, then together
 #
-# Every specimen is fitted on its own, given the fixture that they share. Then a hierarchical model says
-# where they scatter about, and how far.
+# Every specimen is fitted on its own, given the fixture that they share. Then a hierarchical model
+# estimates their mean and their spread.
 
 # %%
 if not (KEPT / "fixture.nc").exists():

@@ -126,7 +126,8 @@ def main(folder: Path) -> None:
     lines = [
         "# Measured rigs: our posteriors beside published fits",
         "",
-        "Written by `make real` from measurements that are not part of this project.",
+        "Written by `make real` from measurements that are not part of this project. "
+        "Terms: [glossary](glossary.md).",
         "",
         "## Servo with a pendulum (xl330-drop)",
         "",

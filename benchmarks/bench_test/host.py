@@ -8,12 +8,13 @@ from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.link import Link
 from muscle_bayes.bench.boards.protocol import Boot
 from muscle_bayes.bench.heat.heating import Heating
-from muscle_bayes.bench.heat.room import RoomError, far_from_room
 from muscle_bayes.bench.heat.temperature_control import PERIOD
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import Meter, MeterError, MeterSource, first_reading
 from muscle_bayes.bench.sequences.sequence import Stage
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
+from muscle_bayes.errors import MuscleBayesError
 
 ROOM: Final = 25.0
 """C"""
@@ -48,7 +49,7 @@ class HeatingHost:
             self.meter = BoardMeter(link, bench.clock)
         reading = first_reading(self.meter, bench.clock, 3.0)
         if question := far_from_room(reading, ROOM):
-            raise RoomError(question)
+            raise MuscleBayesError(question)
         self.heating.aim(Stage(setpoint_a=setpoints[0], setpoint_b=setpoints[1], duration=1e6))
 
     def run(self, seconds: float) -> None:

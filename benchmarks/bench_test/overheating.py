@@ -15,10 +15,10 @@ from benchmarks.bench_test.host import HeatingHost
 from benchmarks.bench_test.lies import Shown
 from muscle_bayes.bench.boards.messages import ResetCause
 from muscle_bayes.bench.boards.protocol import Decoder, Reply, encode, read_answer
-from muscle_bayes.bench.heat.room import RoomError
 from muscle_bayes.bench.sensors.catalogue import THERMOMETERS
 from muscle_bayes.bench.simulation.bench import STEP, SimulatedBench
 from muscle_bayes.bench.simulation.chips import BoardThermometers
+from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.plant.heater import HeaterTube
 from muscle_bayes.twin.plant.rig import Rig
 
@@ -238,7 +238,7 @@ def _hosted(
             bench.clock.sleep(0.5)
         try:
             host = HeatingHost(bench, setpoints)
-        except RoomError as error:
+        except MuscleBayesError as error:
             return str(error)
         host.run(before)
         if before:

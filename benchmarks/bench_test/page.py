@@ -49,10 +49,10 @@ def trials(report: dict[str, Any]) -> str:
     hottest = max(outcome["peak"] for outcome in heated)
     parts = [
         "# Trials of the bench\n",
-        "Written by `python -m benchmarks.bench_test.page FILE` from what `python -m "
+        "Written by `python -m benchmarks.bench_test.page FILE`. The results are those of `python -m "
         f"benchmarks.bench_test --failures {len(failures)} --overheating {len(heated)} "
-        f"--seed {report['seed']} --json FILE` found with the compiled firmware on a simulated "
-        "processor.\n",
+        f"--seed {report['seed']} --json FILE`, with the compiled firmware on a simulated "
+        "processor. Terms: [glossary](glossary.md); faults: [protocol](protocol.md#bits-of-faults).\n",
         "## Injected failures\n",
         f"{safe} of {len(failures)} failures of {len({o['failure'] for o in failures})} kinds: "
         f"heaters off within {ALLOWED:g} s, the latest after {latest:.3f} s.\n",

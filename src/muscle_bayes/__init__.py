@@ -45,13 +45,13 @@ if TYPE_CHECKING:
     from muscle_bayes.report.discovery_figures import discovery_figure as plot_discovery
     from muscle_bayes.report.discovery_figures import misfit_figure as plot_misfit
     from muscle_bayes.report.discovery_figures import probability_figure as plot_probabilities
-    from muscle_bayes.report.drift_figure import drift_figure as plot_drift
-    from muscle_bayes.report.forest_figure import forest_figure as plot_forest
-    from muscle_bayes.report.identifiability_figure import (
+    from muscle_bayes.report.pairs_figure import pairs_figure as plot_pairs
+    from muscle_bayes.report.posterior_figures import forest_figure as plot_forest
+    from muscle_bayes.report.posterior_figures import (
         identifiability_figure as plot_identifiability,
     )
-    from muscle_bayes.report.pairs_figure import pairs_figure as plot_pairs
     from muscle_bayes.report.posterior_figures import posterior_figure as plot_posterior
+    from muscle_bayes.report.predictive_figures import drift_figure as plot_drift
     from muscle_bayes.report.predictive_figures import predictive_figure as plot_prediction
     from muscle_bayes.report.predictive_figures import (
         prior_predictive_figure as plot_prior_prediction,
@@ -131,9 +131,9 @@ _HOME = {
     "plant_of": "api.plants:plant_of",
     "plot_before_after": "report.discovery_figures:before_after_figure",
     "plot_discovery": "report.discovery_figures:discovery_figure",
-    "plot_drift": "report.drift_figure:drift_figure",
-    "plot_forest": "report.forest_figure:forest_figure",
-    "plot_identifiability": "report.identifiability_figure:identifiability_figure",
+    "plot_drift": "report.predictive_figures:drift_figure",
+    "plot_forest": "report.posterior_figures:forest_figure",
+    "plot_identifiability": "report.posterior_figures:identifiability_figure",
     "plot_misfit": "report.discovery_figures:misfit_figure",
     "plot_pairs": "report.pairs_figure:pairs_figure",
     "plot_posterior": "report.posterior_figures:posterior_figure",

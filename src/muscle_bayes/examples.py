@@ -22,9 +22,9 @@ def load_example(name: str) -> list[Run]:
     An independent simulator wrote them, with the values of the thesis as truth.
 
     Args:
-        name: "springs" (five records of a weight on a spring, for J and D), "staircases" (three
-            of a muscle heated in steps), "sawtooth" (one, to predict), "lot" (one of each of eight
-            muscles), or a single run such as "spring-1" or "staircase-139g".
+        name: "springs": five records of a weight on a spring, for J and D. "staircases": three of a
+            muscle heated in steps. "sawtooth": one, to predict. "lot": one of each of eight muscles.
+            Or a single run such as "spring-1" or "staircase-139g".
 
     Returns:
         The runs, sorted by name, as `read_runs` gives them.

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from math import exp
 
 from muscle_bayes.bench.boards.board import Board
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.boards.protocol import crc16, frame
 from muscle_bayes.bench.boards.transport import TransportError
 from muscle_bayes.bench.meters.meter import REQUEST, Meter, format_answer

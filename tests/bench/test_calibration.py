@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.boards.calibration import CalibrationError, EndstopFinder, calibrate
+from muscle_bayes.bench.boards.calibration import EndstopFinder, calibrate
+from muscle_bayes.errors import MuscleBayesError
 
 STOPS = (-1.2, 1.0)
 
@@ -74,5 +75,5 @@ def test_where_it_begins_is_no_endstop():
     ],
 )
 def test_refused(ends, told):
-    with pytest.raises(CalibrationError, match=told):
+    with pytest.raises(MuscleBayesError, match=told):
         calibrate(ends, STOPS)

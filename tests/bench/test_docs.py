@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from benchmarks.bench_test import overheating
 from benchmarks.bench_test.stuck_meter import MOST_EXCESS
 from muscle_bayes.bench.heat import heat_model, thermometry
-from muscle_bayes.bench.heat.room import NEAR
+from muscle_bayes.bench.heat.thermometry import NEAR
 from muscle_bayes.bench.meters.meter import Meter
 from muscle_bayes.bench.recording.recorder import UNCALIBRATED_RISE
 from muscle_bayes.bench.sequences.sequence import Limits

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from muscle_bayes.bench.heat.tube_calibration import calibrate_tube
-from muscle_bayes.bench.recording.recorder import RecordingError
+from muscle_bayes.bench.recording.loop import RecordingError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence import Limits, Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant

@@ -14,7 +14,6 @@ from muscle_bayes.bench.boards import flashing
 from muscle_bayes.bench.boards.flashing import (
     BAUDS,
     SHIPPED,
-    FlashError,
     UsbPort,
     check_program,
     choose_port,
@@ -24,6 +23,7 @@ from muscle_bayes.bench.boards.flashing import (
 )
 from muscle_bayes.bench.boards.messages import VERSION
 from muscle_bayes.cli import app
+from muscle_bayes.errors import MuscleBayesError
 
 PROJECT = Path(__file__).parents[2]
 
@@ -79,7 +79,7 @@ def test_an_older_boot_loader_is_tried_at_the_second_rate():
 )
 def test_what_avrdude_says_is_explained(words, says, tries):
     run, calls = avrdude(words, words)
-    with pytest.raises(FlashError, match=f"(?s){says}"):
+    with pytest.raises(MuscleBayesError, match=f"(?s){says}"):
         flash(UNO, Path("x.hex"), Path("a"), run=run)
     assert len(calls) == tries
 
@@ -87,7 +87,7 @@ def test_what_avrdude_says_is_explained(words, says, tries):
 @pytest.mark.parametrize("kind", flashing.UNFIT)
 def test_boards_that_cannot_run_it_are_refused_before_anything(kind):
     run, calls = avrdude()
-    with pytest.raises(FlashError, match="runs on an ATmega328P"):
+    with pytest.raises(MuscleBayesError, match="runs on an ATmega328P"):
         flash(UsbPort("p", *kind), Path("x.hex"), Path("a"), run=run)
     assert calls == []
 
@@ -102,11 +102,11 @@ def test_the_only_board_is_chosen():
     assert choose_port([MODEM, CLONE], None) == CLONE
     assert choose_port([MODEM, CLONE], MODEM.device) == MODEM
     assert choose_port([], "COM3") == UsbPort("COM3")
-    with pytest.raises(FlashError, match="/dev/ttyACM0, /dev/ttyUSB0"):
+    with pytest.raises(MuscleBayesError, match="/dev/ttyACM0, /dev/ttyUSB0"):
         choose_port([UNO, CLONE], None)
-    with pytest.raises(FlashError, match="Leonardo"):
+    with pytest.raises(MuscleBayesError, match="Leonardo"):
         choose_port([LEONARDO], None)
-    with pytest.raises(FlashError, match="meant: none"):
+    with pytest.raises(MuscleBayesError, match="meant: none"):
         choose_port([MODEM], None)
 
 
@@ -121,7 +121,7 @@ def test_avrdude_is_found_or_explained(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("LOCALAPPDATA", raising=False)
-    with pytest.raises(FlashError, match=r"avrdude is missing.*apt install.*brew.*winget"):
+    with pytest.raises(MuscleBayesError, match=r"avrdude is missing.*apt install.*brew.*winget"):
         find_avrdude()
     tools = tmp_path / ".arduino15/packages/arduino/tools/avrdude"
     executable(tools / "6.3.0/bin/avrdude_bin")
@@ -157,11 +157,11 @@ def test_the_shipped_program_is_what_the_compiler_makes(tmp_path):
 
 def test_a_damaged_program_is_not_loaded(tmp_path):
     path = tmp_path / "muscle_bench.hex"
-    with pytest.raises(FlashError, match="missing"):
+    with pytest.raises(MuscleBayesError, match="missing"):
         check_program(path)
     path.write_bytes(SHIPPED.read_bytes()[:-20])
     path.with_suffix(".json").write_bytes(SHIPPED.with_suffix(".json").read_bytes())
-    with pytest.raises(FlashError, match="damaged"):
+    with pytest.raises(MuscleBayesError, match="damaged"):
         check_program(path)
 
 

@@ -10,7 +10,7 @@ from fake_bench import RIG, FakeBench
 from killed_logger import SEQUENCE
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.run_file import UNKNOWN_DELAY, read_events
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.cli import app

@@ -7,7 +7,8 @@ from fake_bench import RIG
 from matplotlib.figure import Figure
 
 from muscle_bayes.bench.recording.live_plot import SHOWN, draw, newest
-from muscle_bayes.bench.recording.run_file import Row, RunFile
+from muscle_bayes.bench.recording.log_row import Row
+from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.data import read_run
 

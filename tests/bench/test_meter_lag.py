@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from muscle_bayes.bench.meters.meter import Reading
-from muscle_bayes.bench.meters.meter_lag import LEAST, LONGEST, MeterLag
+from muscle_bayes.bench.recording.rows import LEAST, LONGEST, MeterLag
 from muscle_bayes.inference.records.thermometer import updates
 
 

@@ -7,7 +7,7 @@ import pytest
 from fake_bench import RIG, FakeBench
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence_file import read_sequence, to_toml
 from muscle_bayes.cli import app

@@ -7,9 +7,9 @@ from fake_bench import FakeBench, FakeBoard, FakeLine
 from typer.testing import CliRunner
 
 from muscle_bayes.bench.boards.messages import Role
-from muscle_bayes.bench.boards.ports import PortError, PortFinder
+from muscle_bayes.bench.boards.ports import PortFinder
 from muscle_bayes.bench.boards.transport import TransportError
-from muscle_bayes.bench.meters import kinds
+from muscle_bayes.bench.meters import meter
 from muscle_bayes.bench.meters.meter import Meter, MeterError, Reading, first_reading
 from muscle_bayes.cli import app
 from muscle_bayes.errors import MuscleBayesError
@@ -98,7 +98,9 @@ def test_comes_back_under_another_name(machine):
 def test_what_is_missing_is_told(machine):
     del machine.lines["heater"]
     machine.ports = ["mute", "sensor"]
-    with pytest.raises(PortError, match=r"no heater board was found \(mute: no board; sensor: a"):
+    with pytest.raises(
+        MuscleBayesError, match=r"no heater board was found \(mute: no board; sensor: a"
+    ):
         machine.finder().devices().open()
 
 
@@ -118,18 +120,18 @@ def test_without_a_board_only_options_of_the_command_are_named(monkeypatch, comm
 
 def test_no_port_at_all(machine):
     machine.ports = []
-    with pytest.raises(PortError, match="there is no port"):
+    with pytest.raises(MuscleBayesError, match="there is no port"):
         machine.finder().devices().open()
 
 
 def test_no_meter(machine):
     machine.ports.remove("meter")
-    with pytest.raises(PortError, match=r"no meter was found \(mute: no meter\).*--meter"):
+    with pytest.raises(MuscleBayesError, match=r"no meter was found \(mute: no meter\).*--meter"):
         machine.finder().devices().open()
 
 
 def test_given_port_tells_why(machine):
-    with pytest.raises(PortError, match=r"nowhere: cannot be opened.*no answer to ID"):
+    with pytest.raises(MuscleBayesError, match=r"nowhere: cannot be opened.*no answer to ID"):
         machine.finder(("nowhere", "mute")).devices().open()
 
 
@@ -162,9 +164,9 @@ def test_a_meter_of_an_installed_package(machine, monkeypatch):
         def close(self):
             pass
 
-    found = EntryPoint("show", "nowhere:Shown", kinds.GROUP)
+    found = EntryPoint("show", "nowhere:Shown", meter.GROUP)
     monkeypatch.setattr(EntryPoint, "load", lambda self: Shown)
-    monkeypatch.setattr(kinds, "entry_points", lambda group: [found])
+    monkeypatch.setattr(meter, "entry_points", lambda group: [found])
     finder = machine.finder(meter="show:/dev/ttyUSB7")
     devices = finder.devices()
     devices.open()

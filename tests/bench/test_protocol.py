@@ -8,14 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from muscle_bayes.bench.boards import messages
-from muscle_bayes.bench.boards.messages import (
-    MESSAGES,
-    Fault,
-    Field,
-    ProtocolError,
-    ResetCause,
-    Role,
-)
+from muscle_bayes.bench.boards.messages import MESSAGES, Fault, Field, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import (
     FRAME_MAX,
     Boot,
@@ -34,6 +27,7 @@ from muscle_bayes.bench.boards.protocol import (
     frame,
     read_answer,
 )
+from muscle_bayes.errors import MuscleBayesError
 
 VERBS = [command.verb for command in MESSAGES.commands]
 
@@ -179,12 +173,12 @@ def test_no_command_is_longer_than_a_frame(verb):
     ],
 )
 def test_commands_that_cannot_be_sent_say_so(verb, arguments, told):
-    with pytest.raises(ProtocolError, match=told.replace("(", r"\(")):
+    with pytest.raises(MuscleBayesError, match=told.replace("(", r"\(")):
         encode(1, verb, *arguments)
 
 
 def test_an_answer_of_another_version_says_so():
-    with pytest.raises(ProtocolError, match="load the firmware of this version"):
+    with pytest.raises(MuscleBayesError, match="load the firmware of this version"):
         read_answer("ID", Reply(1, ("1", "1")))
 
 

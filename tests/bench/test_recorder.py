@@ -8,7 +8,7 @@ from fake_bench import RIG, FakeBench
 
 from muscle_bayes.bench.heat.settling import settlings
 from muscle_bayes.bench.recording.guard import RecordingError
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.run_file import RunFileError, _Lines, read_events
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence

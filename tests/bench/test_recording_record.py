@@ -7,7 +7,8 @@ import pytest
 from fake_bench import RIG, FakeBench
 from typer.testing import CliRunner
 
-from muscle_bayes.bench.recording.run_file import Row, RunFile
+from muscle_bayes.bench.recording.log_row import Row
+from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.bench.sequences.sequence_file import parse_sequence

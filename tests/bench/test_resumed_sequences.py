@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from fake_bench import RIG, FakeBench
 
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.regimes import t2
 from muscle_bayes.bench.sequences.sequence import Stage

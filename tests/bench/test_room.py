@@ -3,11 +3,12 @@
 import pytest
 from fake_bench import FakeBench
 
-from muscle_bayes.bench.heat.room import RoomError, far_from_room
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import Reading
-from muscle_bayes.bench.recording.recorder import StoppedError
+from muscle_bayes.bench.recording.loop import StoppedError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
+from muscle_bayes.errors import MuscleBayesError
 
 
 def shown(first, second=None):
@@ -21,7 +22,7 @@ def test_a_cold_tube_fits(reading):
 
 @pytest.mark.parametrize("reading", [shown(77.0, 76.5), shown(70.0), shown(86.0, None)])
 def test_fahrenheit_is_refused(reading):
-    with pytest.raises(RoomError, match=r"in Fahrenheit\. Fix: set the meter to C"):
+    with pytest.raises(MuscleBayesError, match=r"in Fahrenheit\. Fix: set the meter to C"):
         far_from_room(reading, 25.0)
 
 
@@ -57,7 +58,7 @@ def session(tmp_path, shown_by_meter):
 
 def test_no_heat_is_given_by_a_meter_in_fahrenheit(tmp_path):
     bench, made = session(tmp_path, (77.0, 77.2))
-    with pytest.raises(RoomError, match="Fahrenheit"):
+    with pytest.raises(MuscleBayesError, match="Fahrenheit"):
         list(made.record())
     assert bench.tubes == [25.0, 25.0]
     assert not (tmp_path / "runs").exists()

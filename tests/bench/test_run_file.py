@@ -8,14 +8,12 @@ from pathlib import Path
 import pytest
 from fake_bench import RIG
 
+from muscle_bayes.bench.recording.log_row import LOG_HEADER, Row, format_row
 from muscle_bayes.bench.recording.run_file import (
-    LOG_HEADER,
     RESOLUTION,
     UNKNOWN_DELAY,
-    Row,
     RunFile,
     RunFileError,
-    format_row,
     free_name,
     read_events,
 )

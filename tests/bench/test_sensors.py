@@ -15,16 +15,16 @@ from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import Error
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import first_reading
-from muscle_bayes.bench.recording.recorder import RecordingError
+from muscle_bayes.bench.recording.loop import RecordingError
 from muscle_bayes.bench.recording.session import Session
 from muscle_bayes.bench.sensors.catalogue import (
     SENSORS,
     THERMOMETERS,
+    Wiring,
     names_of,
     thermometer_of,
     wiring_of,
 )
-from muscle_bayes.bench.sensors.sensor import SensorError, Wiring
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.chips import (
@@ -40,6 +40,7 @@ from muscle_bayes.bench.simulation.recording import (
 )
 from muscle_bayes.cli import app
 from muscle_bayes.data import read_run
+from muscle_bayes.errors import MuscleBayesError
 
 MAX31855, MAX6675, THERMISTOR = 1, 2, 3
 NO_READING = -32768
@@ -200,7 +201,7 @@ def test_no_input_is_changed_while_a_heater_is_on(board):
     "mixed", [Wiring(thermometer_a=1), Wiring(thermometer_a=1, thermometer_b=3)]
 )
 def test_a_mix_of_thermometers_is_refused_in_words(mixed):
-    with pytest.raises(SensorError, match=r"(?s)different kinds.*Fix: .*--none"):
+    with pytest.raises(MuscleBayesError, match=r"(?s)different kinds.*Fix: .*--none"):
         thermometer_of(mixed)
 
 
@@ -210,9 +211,9 @@ def test_names_and_wiring_are_one():
         assert names_of(wiring) == (name,)
         other = Role.SENSOR if sensor.role is Role.HEATER else Role.HEATER
         assert wiring_of([name], other) == Wiring()
-    with pytest.raises(SensorError, match="place is taken"):
+    with pytest.raises(MuscleBayesError, match="place is taken"):
         wiring_of(["max31855", "max6675"], Role.HEATER)
-    with pytest.raises(SensorError, match=r"'x' is no sensor\. Fix"):
+    with pytest.raises(MuscleBayesError, match=r"'x' is no sensor\. Fix"):
         wiring_of(["x"], Role.HEATER)
 
 

@@ -15,7 +15,6 @@ from muscle_bayes.bench.heat.tube_calibration import (
     PULSE,
     STILL,
     Pulse,
-    TubeCalibrationError,
     calibrate_tube,
     fit_pulse,
 )
@@ -56,7 +55,7 @@ def test_gain_and_cooling_are_found(rate, cooling):
     ],
 )
 def test_what_cannot_be_is_refused(shown, says):
-    with pytest.raises(TubeCalibrationError, match=says):
+    with pytest.raises(MuscleBayesError, match=says):
         fit_pulse(shown, "A")
 
 

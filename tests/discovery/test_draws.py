@@ -1,4 +1,4 @@
-"""Importance sampling from Laplace's normal, against densities whose integral is known."""
+"""Importance sampling about a mode, against densities whose integral is known."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -26,6 +26,8 @@ def _of(potential) -> Draws:
         point=np.zeros(5),
         data=None,
         used=3,
+        potential=potential(np.zeros(3)),
+        seen=SimpleNamespace(prior=np.full(5, 0.01)),
         precision=FactoredPrecision(np.diag(SPREAD**-2)),
         log_evidence=1.5 * np.log(2.0 * np.pi) + np.log(SPREAD).sum(),
     )
@@ -52,6 +54,32 @@ def test_a_bent_density_is_corrected() -> None:
     assert found.good
     assert found.log_evidence == pytest.approx(found.laplace - np.log(2.0), abs=0.25)
     assert "nat off Laplace's" in found.text("slack")
+
+
+def test_walls_and_long_tails_are_found() -> None:
+    """A wall at a tenth of a standard deviation, and a tail that falls as slowly as exp(-|x|)."""
+
+    def uneven(x: np.ndarray) -> float:
+        if x[0] > 0.1 * SPREAD[0]:
+            return np.inf
+        return (
+            0.5 * (x[0] / SPREAD[0]) ** 2 + np.logaddexp(3.0 * x[1] / SPREAD[1], -x[1]) + x[1] ** 2
+        )
+
+    def alone(low: float, high: float, level) -> float:
+        x = np.linspace(low, high, 20001)
+        return float(np.trapezoid(np.exp(-level(x)), x))
+
+    found = _of(lambda x: uneven(x) + 0.5 * (x[2] / SPREAD[2]) ** 2)
+    whole = (
+        alone(-8.0, 0.1, lambda x: 0.5 * x**2)
+        * alone(-8.0, 3.0, lambda x: np.logaddexp(3.0 * x / SPREAD[1], -x) + x**2)
+        * np.sqrt(2.0 * np.pi) * SPREAD[2]
+    )  # fmt: skip
+    assert found.good
+    assert found.effective > 100.0
+    assert found.log_evidence == pytest.approx(np.log(whole), abs=0.2)
+    assert found.points[:, 0].max() <= 0.1 * SPREAD[0]
 
 
 def test_draws_that_do_not_count_are_told() -> None:

@@ -14,12 +14,17 @@ from muscle_bayes.examples import load_example
 from muscle_bayes.inference.posteriors.identifiability import Identifiability, ParameterReport
 from muscle_bayes.report.control_figures import responses_figure
 from muscle_bayes.report.discovery_figures import discovery_figure
-from muscle_bayes.report.drift_figure import drift_figure
-from muscle_bayes.report.forest_figure import forest_figure
-from muscle_bayes.report.identifiability_figure import identifiability_figure
 from muscle_bayes.report.pairs_figure import pairs_figure
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
+from muscle_bayes.report.posterior_figures import (
+    forest_figure,
+    identifiability_figure,
+    posterior_figure,
+)
+from muscle_bayes.report.predictive_figures import (
+    drift_figure,
+    predictive_figure,
+    prior_predictive_figure,
+)
 from muscle_bayes.report.run_figure import run_figure
 from muscle_bayes.report.style import SMALLEST, WIDTH
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from muscle_bayes.study.evidence import available
+from muscle_bayes.study.plan import available
 
 
 def test_results_of_checks_are_found_but_not_the_studys_own(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from muscle_bayes.study.config import StudyConfig
+from muscle_bayes.study.pipeline import longest_path_first
 from muscle_bayes.study.plan import PRESETS, Plan
-from muscle_bayes.study.schedule import longest_path_first
 from muscle_bayes.study.stages import Stage, all_stages
 
 DATA = Path(__file__).parents[2] / "data"

@@ -32,8 +32,8 @@ def fit(
 
     Args:
         runs: as `read_runs` gives them.
-        friction: "coulomb", dry friction that sticks (D in N m or N), or "linear", friction
-            proportional to speed (D in N m s or N s/m).
+        friction: "coulomb": dry friction that sticks, D in N m or N. "linear": friction
+            proportional to speed, D in N m s or N s/m.
         effects: names of effects of the catalogue or of your own, in the order in which they act.
         effort: "quick" (some 200 effective draws), "full", or an `Effort` with numbers of its own.
         given: an earlier posterior of the fixture: its J and D become this fit's prior.

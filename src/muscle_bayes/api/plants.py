@@ -30,10 +30,10 @@ def plant_of(
 
     Args:
         run: as `read_runs` gives it.
-        values: J [kg m^2 or kg], D [N m or N; N m s or N s/m where friction is linear], Table 2's
-            nine where the run has a muscle, what the metadata leave open as `table.key`, such as
-            element_a.rate, and each effect's as `effect.parameter`. Others, such as
-            a posterior's noise, may be there and are not used.
+        values: J [kg m^2 or kg] and D [N m or N; N m s or N s/m where friction is linear]. Table 2's
+            nine where the run has a muscle. What the metadata leave open is `table.key`, such as
+            element_a.rate; an effect's parameter is `effect.parameter`. Others, such as a posterior's
+            noise, may be there and are not used.
         friction: "coulomb" or "linear", as in `fit`.
         effects: names of effects, in the order in which they act.
 

@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     FittedArgument,
     FolderOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
     print_place,
     write_json,
 )
@@ -36,8 +37,8 @@ def check(
 ) -> None:
     """Predict RUN..., fitted or not, and measure how well the predictions agree with the readings.
 
-    For each run: RMSE of the mean model, share of readings within the central 50 and 90 % of the
-    predictions, and creep while cold after heating. Exits with 1 if the posterior has not
+    For each run: RMSE of the mean model, and the share of readings within the central 50 and 90 %
+    of the predictions. Also creep while cold after heating. Exits with 1 if the posterior has not
     converged.
 
     Examples:
@@ -52,8 +53,7 @@ def check(
     from muscle_bayes.inference.posteriors.posterior import Posterior
     from muscle_bayes.inference.posteriors.predictive import predict_runs
     from muscle_bayes.progress import shown_progress
-    from muscle_bayes.report.drift_figure import drift_figure
-    from muscle_bayes.report.predictive_figures import predictive_figure
+    from muscle_bayes.report.predictive_figures import drift_figure, predictive_figure
     from muscle_bayes.report.style import save
 
     compute_on(device)
@@ -75,8 +75,7 @@ def check(
             figure = drift_figure(one, drifts[one.run], origins[one.run])
             save(figure, out / f"{one.run}-drift.png")
     _show(console, checks, drifts)
-    if json is not None:
-        write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
+    write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
     print_place("figures", out)
     if not fitted.converged:
         warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)

@@ -6,14 +6,14 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
+from muscle_bayes import json_file
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.json_file import write_json as write_json
 
 EXIT_FAILED: Final = 1
 """Not converged, not explained, or a test that failed."""
@@ -24,6 +24,11 @@ LOGS: Final = (".csv", ".txt", ".tsv", ".dat", ".log", ".lvm", ".parquet", ".h5"
 EXIT_CODES: Final = (
     "Exit codes: 0 fine; 1 not converged, not explained or failed; 2 wrong input; 130 interrupted."
 )
+
+
+def option(metavar: str | None, text: str, *flags: str, **more: Any) -> Any:
+    """An option: what stands for its value, and its help; `flags` where the parameter's name is no name."""
+    return typer.Option(*flags, metavar=metavar, help=text, **more)
 
 
 def writable_file(option: typer.CallbackParam, value: Path | None) -> Path | None:
@@ -68,14 +73,9 @@ def _unwritable(
 
 
 JsonOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--json", metavar="FILE", callback=writable_file, help="Also write the result as JSON."
-    ),
+    Path | None, option("FILE", "Also write the result as JSON.", "--json", callback=writable_file)
 ]
-SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, metavar="N", help="Seed of the random numbers.")
-]
+SeedOption = Annotated[int, option("N", "Seed of the random numbers.", "--seed", min=0)]
 RunsArgument = Annotated[
     list[Path], typer.Argument(metavar="RUN...", help="NAME.csv, NAME.toml or a folder of runs.")
 ]
@@ -83,14 +83,12 @@ FittedArgument = Annotated[
     Path, typer.Argument(metavar="POSTERIOR.nc", help="Written by `muscle-bayes fit`.")
 ]
 FolderOption = Annotated[
-    Path,
-    typer.Option("--out", metavar="DIR", callback=writable_folder, help="Folder of the results."),
+    Path, option("DIR", "Folder of the results.", "--out", callback=writable_folder)
 ]
 SchedulerOption = Annotated[
-    str | None,
-    typer.Option(metavar="ADDRESS", help="Dask scheduler, as tcp://HOST:8786; default: here."),
+    str | None, option("ADDRESS", "Dask scheduler, as tcp://HOST:8786; default: here.")
 ]
-WorkersOption = Annotated[int, typer.Option(min=1, metavar="N", help="Processes on this machine.")]
+WorkersOption = Annotated[int, option("N", "Processes on this machine.", min=1)]
 
 
 def print_error(error: MuscleBayesError) -> None:
@@ -100,6 +98,12 @@ def print_error(error: MuscleBayesError) -> None:
     Console(stderr=True, soft_wrap=True).print(
         f"Error: {error}", style="red", markup=False, highlight=False
     )
+
+
+def write_json(path: Path | None, content: Any) -> None:
+    """Write a result as JSON, where somebody wants it."""
+    if path is not None:
+        json_file.write_json(path, content)
 
 
 def print_place(what: str, place: Path) -> None:
@@ -156,3 +160,30 @@ class Commands(TyperGroup):
         """Run a command under `user_errors`, reading its options included."""
         with user_errors():
             return super().invoke(ctx)  # type: ignore[arg-type]
+
+
+Device = Literal["cpu", "gpu"]
+DeviceOption = Annotated[
+    Device, typer.Option("--device", help="What computes; gpu needs JAX with CUDA or ROCm.")
+]
+
+
+def compute_on(device: Device) -> None:
+    """Have JAX compute on this kind of device. Must be called before anything is computed.
+
+    Raises MuscleBayesError where JAX finds no such device.
+    """
+    typer.echo(f"starting JAX on the {device} ...", err=True)
+    import jax
+
+    jax.config.update("jax_platforms", "cpu" if device == "cpu" else None)
+    if device == "cpu":
+        return
+    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
+    try:
+        jax.devices("gpu")
+    except RuntimeError:
+        raise MuscleBayesError(
+            "--device gpu: JAX finds no GPU. Fix: install JAX with CUDA (`pip install "
+            "'jax[cuda13]'`) on a machine that has one, or use --device cpu"
+        ) from None

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.cli.common import option
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 
 if TYPE_CHECKING:
@@ -20,34 +21,29 @@ PosteriorArgument = Annotated[
 ]
 HeaterOption = Annotated[
     list[Path] | None,
-    typer.Option(
+    option(
+        "RUN",
+        "Run whose temperatures identify the heater's gain, cooling and lag; repeatable.",
         "--heater",
-        metavar="RUN",
-        help="Run whose temperatures identify the heater's gain, cooling and lag; repeatable.",
     ),
 ]
 FixtureOption = Annotated[
     Path | None,
-    typer.Option(
+    option(
+        "FIXTURE.nc",
+        "J, D and friction from this posterior; default: as the muscle was fitted.",
         "--fixture",
-        metavar="FIXTURE.nc",
-        help="J, D and friction from this posterior; default: as the muscle was fitted.",
     ),
 ]
 JointOption = Annotated[
-    Path | None,
-    typer.Option("--joint", metavar="JOINT.toml", help="Geometry and sensors; default: the bench."),
+    Path | None, option("JOINT.toml", "Geometry and sensors; default: the bench.", "--joint")
 ]
 ScenarioOption = Annotated[
-    list[str] | None,
-    typer.Option(metavar="NAME", help="Only these scenarios, a file's or by name; repeatable."),
+    list[str] | None, option("NAME", "Only these scenarios, a file's or by name; repeatable.")
 ]
 SpecOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="METRIC=LIMIT",
-        help="At most this where a scenario has it, in SI units; repeatable.",
-    ),
+    option("METRIC=LIMIT", "At most this where a scenario has it, in SI units; repeatable."),
 ]
 
 

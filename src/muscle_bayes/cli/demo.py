@@ -4,12 +4,12 @@ from pathlib import Path
 
 import typer
 
-from muscle_bayes.cli.bench.device import compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
     FolderOption,
     JsonOption,
     SeedOption,
+    compute_on,
     print_place,
     write_json,
 )
@@ -56,11 +56,10 @@ def demo(
     )
     print_place("posterior and figures", out)
     typer.echo("next: muscle-bayes init YOURLOG.csv, or muscle-bayes study --preset quick")
-    if json is not None:
-        parameters = posterior.summary().to_dict("index")
-        write_json(
-            json,
-            {"converged": posterior.converged, "parameters": parameters, "check": check.as_dict()},
-        )
+    parameters = posterior.summary().to_dict("index")
+    write_json(
+        json,
+        {"converged": posterior.converged, "parameters": parameters, "check": check.as_dict()},
+    )
     if not posterior.converged:
         raise typer.Exit(EXIT_FAILED)

@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     FolderOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
+    option,
     write_json,
 )
 from muscle_bayes.cli.fit import EffectOption, FrictionOption, Preset
@@ -25,9 +27,9 @@ def discover(
     out: FolderOption = Path("reports/discovery"),
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Predict this run. Only its first part is used, for its own zero and start. "
+        option(
+            "NAME",
+            "Predict this run. Only its first part is used, for its own zero and start. "
             "May be repeated.",
         ),
     ] = None,
@@ -35,17 +37,15 @@ def discover(
     effect: EffectOption = None,
     budget: Annotated[
         float | None,
-        typer.Option(
-            metavar="MINUTES", min=0.0, help="Give the best answer by then. [default: no limit]"
-        ),
+        option("MINUTES", "Give the best answer by then. [default: no limit]", min=0.0),
     ] = None,
     smallest: Annotated[
         float,
-        typer.Option(
-            metavar="STEPS",
-            min=0.0,
-            help="RMS misfit that counts, in steps of the sensor; smaller misfit is reported, not claimed. "
+        option(
+            "STEPS",
+            "RMS misfit that counts, in steps of the sensor; smaller misfit is reported, not claimed. "
             "Of a sensor finer than its noise: in standard deviations of a reading.",
+            min=0.0,
         ),
     ] = 0.25,
     preset: Annotated[
@@ -98,8 +98,7 @@ def discover(
     if found.next_experiment is not None:
         (out / "next-experiment.toml").write_text(found.next_experiment.sequence, encoding="utf-8")
     write_json(out / "discovery.json", found.as_dict())
-    if json is not None:
-        write_json(json, found.as_dict())
+    write_json(json, found.as_dict())
     _show(console, found, out)
     with shown_progress() as report:
         posterior = fit(
@@ -119,27 +118,13 @@ def discover(
 
 def _show(console, found: "Discovery", out: Path) -> None:
     """Verdict, probabilities and what was added, as tables."""
-    from rich.table import Table
-
     from muscle_bayes.report.discovery_summary import verdict_text
+    from muscle_bayes.report.tables import added, probabilities, shown
 
-    table = Table("missing", "probability")
-    for name, probability in sorted(found.probabilities.items(), key=lambda item: -item[1])[:6]:
-        table.add_row(name, f"{probability:.1%}")
-    console.print(table)
-    if found.steps:
-        shown = Table("added", "run", "RMSE before", "after", "noise alone", "")
-        for step in found.steps:
-            for run, check in step.after.checks.items():
-                shown.add_row(
-                    step.added,
-                    run + (" (held out)" if run in found.held_out else ""),
-                    f"{step.before.checks[run].rmse:.3g}",
-                    f"{check.rmse:.3g}",
-                    f"{found.floor[run]:.3g}",
-                    check.unit,
-                )
-        console.print(shown)
+    told = found.as_dict()
+    console.print(shown(probabilities(told)))
+    for step in told["steps"]:
+        console.print(f"added: {step['added']}", shown(added(step, found.floor)), sep="\n")
     console.print(verdict_text(found), style="bold")
     for left_out in found.not_searched:
         console.print(f"not searched: {left_out}", style="bold yellow", soft_wrap=True)

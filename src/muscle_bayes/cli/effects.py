@@ -35,8 +35,7 @@ def effects(
         width = max(len(one.name) for one in chosen)
         for one in chosen:
             typer.echo(f"{one.name:{width}}  {one.what}")
-    if json is not None:
-        write_json(json, {"effects": [one._asdict() for one in chosen]})
+    write_json(json, {"effects": [one._asdict() for one in chosen]})
 
 
 def _show(one: "EffectText") -> None:

@@ -6,12 +6,14 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from muscle_bayes.cli.bench.device import DeviceOption, compute_on
 from muscle_bayes.cli.common import (
     EXIT_FAILED,
+    DeviceOption,
     JsonOption,
     RunsArgument,
     SeedOption,
+    compute_on,
+    option,
     print_place,
     writable_file,
     write_json,
@@ -22,12 +24,10 @@ FrictionOption = Annotated[
     typer.Option("--friction", help="Dry friction that sticks, or friction per speed."),
 ]
 EffectOption = Annotated[
-    list[str] | None,
-    typer.Option("--effect", metavar="NAME", help="Add this effect to the model; may be repeated."),
+    list[str] | None, option("NAME", "Add this effect to the model; may be repeated.", "--effect")
 ]
 GivenOption = Annotated[
-    Path | None,
-    typer.Option(metavar="POSTERIOR.nc", help="Fixture posterior to use as prior of J and D."),
+    Path | None, option("POSTERIOR.nc", "Fixture posterior to use as prior of J and D.")
 ]
 Preset = Literal["quick", "full"]
 
@@ -35,17 +35,12 @@ Preset = Literal["quick", "full"]
 def fit(
     runs: RunsArgument,
     out: Annotated[
-        Path,
-        typer.Option(
-            metavar="POSTERIOR.nc", callback=writable_file, help="Where the posterior goes."
-        ),
+        Path, option("POSTERIOR.nc", "Where the posterior goes.", callback=writable_file)
     ],
     friction: FrictionOption = "coulomb",
     effect: EffectOption = None,
     given: GivenOption = None,
-    until: Annotated[
-        float | None, typer.Option(metavar="S", help="Fit only rows before this time, s.")
-    ] = None,
+    until: Annotated[float | None, option("S", "Fit only rows before this time, s.")] = None,
     broken_off: Annotated[
         bool,
         typer.Option(
@@ -102,8 +97,7 @@ def fit(
     summary = summarise(posterior)
     print_summary(summary)
     print_place("posterior", out)
-    if json is not None:
-        write_json(json, summary)
+    write_json(json, summary)
     if not (posterior.converged and summary["explained"]):
         raise typer.Exit(EXIT_FAILED)
 

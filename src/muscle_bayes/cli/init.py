@@ -9,6 +9,7 @@ import typer
 from muscle_bayes.cli.common import (
     EXIT_USER_ERROR,
     JsonOption,
+    option,
     print_error,
     writable_file,
     write_json,
@@ -24,46 +25,37 @@ _NUMBERS = ("sample_rate", "load", "radians_per_count", "zero_reading")
 
 def init(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, text, LabVIEW, Parquet.")],
-    time: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Time column, by name or number.")
-    ] = None,
-    time_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Unit of the time column.")
-    ] = None,
+    time: Annotated[str | None, option("COLUMN", "Time column, by name or number.")] = None,
+    time_unit: Annotated[str | None, option("UNIT", "Unit of the time column.")] = None,
     sample_rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Rows per second, without a time column.")
+        float | None, option("HZ", "Rows per second, without a time column.")
     ] = None,
     position: Annotated[
-        str | None,
-        typer.Option(metavar="COLUMN", help="Measured position or velocity; none: held."),
+        str | None, option("COLUMN", "Measured position or velocity; none: held.")
     ] = None,
     position_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Its unit: counts, rad, deg, mm, rad/s, ...")
+        str | None, option("UNIT", "Its unit: counts, rad, deg, mm, rad/s, ...")
     ] = None,
-    temperature_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Unit of the temperatures.")
-    ] = None,
+    temperature_unit: Annotated[str | None, option("UNIT", "Unit of the temperatures.")] = None,
     element: Annotated[
         str | None,
-        typer.Option(
-            metavar="WORDS",
-            help="What acts on the moving part: none, 'arm 0.49 0.10' (kg, m), spring, "
+        option(
+            "WORDS",
+            "What acts on the moving part: none, 'arm 0.49 0.10' (kg, m), spring, "
             "'muscle 0.12 0.003' (length, drum radius, m).",
         ),
     ] = None,
-    load: Annotated[float | None, typer.Option(metavar="KG", help="Mass that hangs on it.")] = None,
+    load: Annotated[float | None, option("KG", "Mass that hangs on it.")] = None,
     radians_per_count: Annotated[
-        float | None, typer.Option(metavar="RAD", help="Angle of one count, of raw counts.")
+        float | None, option("RAD", "Angle of one count, of raw counts.")
     ] = None,
     zero_reading: Annotated[
-        float | None, typer.Option(metavar="COUNTS", help="Counts at angle zero, of raw counts.")
+        float | None, option("COUNTS", "Counts at angle zero, of raw counts.")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            callback=writable_file,
-            help="The metadata.  [default: beside the log, NAME.toml]",
+        option(
+            "FILE", "The metadata.  [default: beside the log, NAME.toml]", callback=writable_file
         ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the metadata.")] = False,
@@ -128,8 +120,7 @@ def init(
             f"the run cannot be read yet. Fix: edit {target}, or `init` again with --overwrite"
         )
         facts |= {"error": str(found)}
-    if json is not None:
-        write_json(json, facts)
+    write_json(json, facts)
     if error is not None:
         print_error(error)
         raise typer.Exit(EXIT_USER_ERROR)

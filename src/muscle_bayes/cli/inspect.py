@@ -9,6 +9,7 @@ from muscle_bayes.cli.common import (
     EXIT_USER_ERROR,
     JsonOption,
     RunsArgument,
+    option,
     print_error,
     writable_file,
     writable_folder,
@@ -28,15 +29,14 @@ def inspect(
     runs: RunsArgument,
     json: JsonOption = None,
     figure: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", callback=writable_file, help="Figure of the one run, PNG."),
+        Path | None, option("FILE", "Figure of the one run, PNG.", callback=writable_file)
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
+        option(
+            "DIR",
+            f"Folder of the figures, NAME.png.  [default: {_FIGURES}]",
             callback=writable_folder,
-            help=f"Folder of the figures, NAME.png.  [default: {_FIGURES}]",
         ),
     ] = None,
 ) -> None:
@@ -62,8 +62,7 @@ def inspect(
         except MuscleBayesError as error:
             print_error(error)
             failed.append({"path": log, "error": str(error)})
-    if json is not None:
-        write_json(json, {"runs": described, "failed": failed})
+    write_json(json, {"runs": described, "failed": failed})
     if failed:
         raise typer.Exit(EXIT_USER_ERROR)
 

@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_file, write_json
+from muscle_bayes.cli.common import (
+    JsonOption,
+    SeedOption,
+    option,
+    print_place,
+    writable_file,
+    write_json,
+)
 
 
 def population(
@@ -17,13 +24,9 @@ def population(
             "the specimen under [element_a].",
         ),
     ],
-    out: Annotated[
-        Path,
-        typer.Option(metavar="POPULATION.nc", callback=writable_file, help="Where it goes."),
-    ],
+    out: Annotated[Path, option("POPULATION.nc", "Where it goes.", callback=writable_file)],
     given: Annotated[
-        Path | None,
-        typer.Option(metavar="FIXTURE.nc", help="Posterior of J and D, which specimens share."),
+        Path | None, option("FIXTURE.nc", "Posterior of J and D, which specimens share.")
     ] = None,
     spread: Annotated[
         float,
@@ -60,6 +63,5 @@ def population(
         if not one.converged:
             typer.echo(f"{name} HAS NOT CONVERGED: {'; '.join(one.complaints)}", err=True)
     print_place("population", out)
-    if json is not None:
-        table = found.summary().to_dict(orient="index")
-        write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})
+    table = found.summary().to_dict(orient="index")
+    write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})

@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from muscle_bayes.cli.common import JsonOption, SeedOption, print_place, writable_folder, write_json
+from muscle_bayes.cli.common import (
+    JsonOption,
+    SeedOption,
+    option,
+    print_place,
+    writable_folder,
+    write_json,
+)
 from muscle_bayes.cli.control_options import (
     FixtureOption,
     HeaterOption,
@@ -23,14 +30,10 @@ from muscle_bayes.errors import MuscleBayesError
 
 def robustness(
     muscle: PosteriorArgument,
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", callback=writable_folder, help="Folder of the report.")
-    ],
+    out: Annotated[Path, option("DIR", "Folder of the report.", callback=writable_folder)],
     gains: Annotated[
         list[Path] | None,
-        typer.Option(
-            metavar="GAINS.toml", help="Gains of `tune`; repeatable. Default: the thesis'."
-        ),
+        option("GAINS.toml", "Gains of `tune`; repeatable. Default: the thesis'."),
     ] = None,
     spec: SpecOption = None,
     heater: HeaterOption = None,
@@ -76,5 +79,4 @@ def robustness(
     write_control_report(result, bank, out, command="muscle-bayes robustness")
     show(Console(), result, {})
     print_place("report", out / "report.md")
-    if json is not None:
-        write_json(json, result.as_dict() | {"seed": seed})
+    write_json(json, result.as_dict() | {"seed": seed})

@@ -54,8 +54,8 @@ def sbc(
         bool,
         typer.Option(
             "--measured",
-            help="Draw parameters from the posterior of the runs as measured, not from the prior, "
-            "and rank them in the posterior of these and redrawn readings together.",
+            help="Draw parameters from the posterior of the runs as measured, not from the prior. "
+            "Rank them in the posterior of these and redrawn readings together.",
         ),
     ] = False,
     scheduler: SchedulerOption = None,
@@ -100,8 +100,7 @@ def sbc(
     save(calibration_figure(calibration, out.name), out / "ranks.png")
     numbers = calibration.as_dict()
     write_json(out / "calibration.json", numbers)
-    if json is not None:
-        write_json(json, numbers)
+    write_json(json, numbers)
     name, chance = calibration.smallest()
     console = Console()
     console.print(

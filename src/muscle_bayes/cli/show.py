@@ -43,7 +43,6 @@ def show(
     save(posterior_figure(fitted, label=posterior.stem), out / f"{posterior.stem}.png")
     save(pairs_figure(fitted), out / f"{posterior.stem}-pairs.png")
     print_place("figures", out)
-    if json is not None:
-        write_json(json, {**summary, "identifiability": known.as_dict()})
+    write_json(json, {**summary, "identifiability": known.as_dict()})
     if not fitted.converged:
         raise typer.Exit(EXIT_FAILED)

@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, writable_file, write_json
+from muscle_bayes.cli.common import (
+    FolderOption,
+    JsonOption,
+    SeedOption,
+    option,
+    writable_file,
+    write_json,
+)
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
@@ -25,14 +32,10 @@ def simulate(
     ],
     out: FolderOption,
     name: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="Name of the run; NAME-1, NAME-2, ... if there are more."
-        ),
+        str | None, option("NAME", "Name of the run; NAME-1, NAME-2, ... if there are more.")
     ] = None,
     mass: Annotated[
-        list[float] | None,
-        typer.Option(metavar="KG", help="Load in kg; repeat it for more runs or pours."),
+        list[float] | None, option("KG", "Load in kg; repeat it for more runs or pours.")
     ] = None,
     friction: Annotated[
         Literal["coulomb", "linear"] | None,
@@ -40,49 +43,44 @@ def simulate(
     ] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME[:PARAM=VALUE,...]",
-            help="Hidden effect, e.g. coil-contact:stiffness=150,onset=0.02; repeatable. "
+        option(
+            "NAME[:PARAM=VALUE,...]",
+            "Hidden effect, e.g. coil-contact:stiffness=150,onset=0.02; repeatable. "
             "`muscle-bayes effects` lists them.",
         ),
     ] = None,
     rig: Annotated[
         Path | None,
-        typer.Option(
-            metavar="RIG.toml",
-            help="What differs from the default rig: tables fixture, element_a, truth, "
+        option(
+            "RIG.toml",
+            "What differs from the default rig: tables fixture, element_a, truth, "
             "truth.muscle_a, effects.NAME and so on.",
         ),
     ] = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="PARAM=VALUE",
-            help="One value of the rig, e.g. J=0.0013, muscle_a.K_hyst=400, "
+        option(
+            "PARAM=VALUE",
+            "One value of the rig, e.g. J=0.0013, muscle_a.K_hyst=400, "
             "element_a.heater_length=0.075; repeatable, comes after --rig.",
+            "--set",
         ),
     ] = None,
     stages: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Protocol free, as TOML: load, initial_angle and an array of tables named stage, "
+        option(
+            "FILE",
+            "Protocol free, as TOML: load, initial_angle and an array of tables named stage, "
             "each with setpoint_a, setpoint_b, duration, wait, load, pour_time.",
         ),
     ] = None,
     log_period: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="Time aimed at between rows, s; 0.03 unless said."),
+        float | None, option("S", "Time aimed at between rows, s; 0.03 unless said.")
     ] = None,
     seed: SeedOption = 0,
     truth: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            callback=writable_file,
-            help="True parameters; DIR/truth.toml unless said.",
-        ),
+        option("FILE", "True parameters; DIR/truth.toml unless said.", callback=writable_file),
     ] = None,
     json: JsonOption = None,
 ) -> None:
@@ -167,5 +165,4 @@ def _report(
             }
         )
     typer.echo(f"{truth}: the truth behind them, for judging only")
-    if json is not None:
-        write_json(json, {"origin": "synthetic", "seed": seed, "truth_file": truth, "runs": told})
+    write_json(json, {"origin": "synthetic", "seed": seed, "truth_file": truth, "runs": told})

@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from muscle_bayes.cli.bench.device import Device, DeviceOption, compute_on
-from muscle_bayes.cli.common import EXIT_FAILED, FolderOption, JsonOption, write_json
+from muscle_bayes.cli.common import (
+    EXIT_FAILED,
+    Device,
+    DeviceOption,
+    FolderOption,
+    JsonOption,
+    compute_on,
+    option,
+    write_json,
+)
 from muscle_bayes.cli.fit import Preset
 
 if TYPE_CHECKING:
@@ -18,13 +26,10 @@ CONFIG = "study.toml"
 
 
 def study(
-    runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder of runs.")] = Path("data"),
+    runs: Annotated[Path, option("DIR", "Folder of runs.")] = Path("data"),
     config: Annotated[
         Path | None,
-        typer.Option(
-            metavar="STUDY.toml",
-            help="What to do with them.  [default: DIR/study.toml where there is one]",
-        ),
+        option("STUDY.toml", "What to do with them.  [default: DIR/study.toml where there is one]"),
     ] = None,
     out: FolderOption = Path("reports"),
     preset: Annotated[Preset, typer.Option(help="How long to compute.")] = "full",
@@ -60,8 +65,7 @@ def study(
     with progress(plan, stages) as watcher:
         run_stages(plan, stages, watcher)
     summary = plan.summary()
-    if json is not None:
-        write_json(json, summary)
+    write_json(json, summary)
     console.print(f"read {out / 'report.html'} or {out / 'report.pdf'}", soft_wrap=True)
     complaints = summary["not_converged"]
     for name, reasons in complaints.items():
@@ -74,8 +78,7 @@ def _plan(
     runs: Path, config: Path | None, out: Path, preset: Preset, device: Device, seed: int | None
 ) -> "Plan":
     from muscle_bayes.study.config import StudyConfig, read_config
-    from muscle_bayes.study.evidence import available
-    from muscle_bayes.study.plan import Plan
+    from muscle_bayes.study.plan import Plan, available
 
     if config is None and (runs / CONFIG).is_file():
         config = runs / CONFIG

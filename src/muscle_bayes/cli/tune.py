@@ -9,6 +9,7 @@ import typer
 from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
+    option,
     print_place,
     writable_file,
     writable_folder,
@@ -39,9 +40,7 @@ class LawChoice(StrEnum):
 
 def tune(
     muscle: PosteriorArgument,
-    out: Annotated[
-        Path, typer.Option(metavar="GAINS.toml", callback=writable_file, help="Where the gains go.")
-    ],
+    out: Annotated[Path, option("GAINS.toml", "Where the gains go.", callback=writable_file)],
     law: Annotated[
         list[LawChoice] | None,
         typer.Option(
@@ -50,16 +49,10 @@ def tune(
     ] = None,
     spec: SpecOption = None,
     header: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="GAINS.h", callback=writable_file, help="Also write the firmware's header."
-        ),
+        Path | None, option("GAINS.h", "Also write the firmware's header.", callback=writable_file)
     ] = None,
     report: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", callback=writable_folder, help="Also write tables and figures there."
-        ),
+        Path | None, option("DIR", "Also write tables and figures there.", callback=writable_folder)
     ] = None,
     heater: HeaterOption = None,
     fixture: FixtureOption = None,
@@ -114,20 +107,15 @@ def tune(
         print_place("report", report / "report.md")
     show(Console(), result, found.edges)
     print_place("gains", out)
-    if json is not None:
-        write_json(json, result.as_dict() | {"edges": found.edges, "seed": seed})
+    write_json(json, result.as_dict() | {"edges": found.edges, "seed": seed})
 
 
 def show(console, result, edges) -> None:
     """Probabilities, what is infeasible, edges and the recommendation."""
-    from rich.table import Table
+    from muscle_bayes.report.control_page import probabilities
+    from muscle_bayes.report.tables import shown
 
-    table = Table("probability of meeting", *result.gains)
-    for name in [*(one.name for one in result.scenarios), None]:
-        told = (result.probability(law, name) for law in result.gains)
-        table.add_row(name or "all", *(f"{share:.3f} ± {error:.3f}" for share, error in told))
-    table.add_row("runaways", *(str(result.runaways(law)) for law in result.gains))
-    console.print(table)
+    console.print(shown(probabilities(result)))
     lines = [f"{k}: infeasible, {v.infeasible}" for k, v in result.specs.items() if v.infeasible]
     lines += [
         f"{law}: at the edge of the search: {', '.join(at)}" for law, at in edges.items() if at

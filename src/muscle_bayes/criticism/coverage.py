@@ -168,8 +168,9 @@ def check_run(prediction: Prediction) -> RunCheck:
         prediction: of one run, as `predict` gives it.
 
     Returns:
-        RMSE [the log's unit, and deg or mm], shares of readings within the central 50 and 90 % of
-        the predictive draws, PIT values, and the same for ten spans of time.
+        RMSE [the log's unit, and deg or mm], and shares of readings within the central 50 and 90 % of
+        the predictive draws. PIT values: ranks of readings among the draws. The same for ten spans of
+        time.
 
     Example:
         >>> import muscle_bayes as mb

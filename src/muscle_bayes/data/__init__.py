@@ -1,7 +1,7 @@
 """Runs: reading, repairing, writing."""
 
 from muscle_bayes.data.describing.assumptions import Assumption, assumptions
-from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.columns import HEATER_HEADER, Columns
 from muscle_bayes.data.describing.elements import (
     ArmElement,
     Element,
@@ -9,7 +9,6 @@ from muscle_bayes.data.describing.elements import (
     NoElement,
     SpringElement,
 )
-from muscle_bayes.data.describing.heater_columns import HEATER_HEADER
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.metadata import Metadata, Origin, Protocol
 from muscle_bayes.data.describing.metadata_file import read_metadata
@@ -23,8 +22,9 @@ from muscle_bayes.data.describing.tables import (
 )
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.events import complete_attempt, read_events, recording_of, without_broken_off
+from muscle_bayes.data.files import find_runs
 from muscle_bayes.data.log import HEADER
-from muscle_bayes.data.reader import find_runs, read_run, read_runs
+from muscle_bayes.data.reader import read_run, read_runs
 from muscle_bayes.data.repairing.ledger import Repair
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import Sensor

@@ -1,7 +1,8 @@
-"""Bytes of a run's files."""
+"""Files of runs: which there are, and their bytes."""
 
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -43,6 +44,41 @@ def log_beside(metadata: Path) -> Path:
         names = ", ".join(path.name for path in logs)
         raise RunError.at(metadata, f"several logs belong to it: {names}", "keep one, or name it")
     return logs[0]
+
+
+def find_runs(paths: Sequence[Path | str] | Path | str) -> list[Path]:
+    """The log of every run named, or of the one.
+
+    A folder stands for every CSV in it, and for every log of another kind that has a NAME.toml.
+
+    Raises:
+        RunError: there is none, or two share a name.
+    """
+    logs: list[Path] = []
+    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
+        found = _in_folder(path) if path.is_dir() else [path]
+        if not found:
+            raise RunError.at(path, "no runs: the folder holds no CSV", "name a folder of runs")
+        logs += [log_beside(log) if log.suffix == ".toml" else log for log in found]
+    if not logs:
+        raise RunError("No runs were named. Fix: name a run or a folder of runs.")
+    logs = list(dict.fromkeys(logs))  # NAME.csv and NAME.toml both named are one run
+    seen: dict[str, Path] = {}
+    for log in logs:
+        if (other := seen.setdefault(log.stem, log)) is not log:
+            raise RunError.at(log, f"duplicate run name, {other} has it too", "rename one of them")
+    return logs
+
+
+def _in_folder(folder: Path) -> list[Path]:
+    others = [
+        log
+        for log in folder.iterdir()
+        if log.suffix.lower() in LOG_SUFFIXES
+        and log.suffix != ".csv"
+        and log.with_suffix(".toml").exists()
+    ]
+    return sorted([*folder.glob("*.csv"), *others])
 
 
 def read_bytes(path: Path, fix: str = "correct the path") -> bytes:

@@ -1,17 +1,23 @@
-"""A log's text -> raw table of cells, each row knowing its line in the file."""
+"""A log of any kind -> raw table of cells, each row knowing its line in the file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.describing.columns import Columns
-from muscle_bayes.data.describing.heater_columns import with_heater_columns
+from muscle_bayes.data.describing.columns import Columns, column_label, with_heater_columns
 from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.names import column_label
-from muscle_bayes.data.reading.header import SaidUnit, place, unit_in_name
-from muscle_bayes.data.reading.header_place import take_header, why_not_there
+from muscle_bayes.data.reading.frames import hdf5_rows, parquet_rows
+from muscle_bayes.data.reading.header import (
+    SaidUnit,
+    place,
+    take_header,
+    unit_in_name,
+    why_not_there,
+)
+from muscle_bayes.data.reading.lvm import is_lvm, lvm_body
 from muscle_bayes.data.reading.preamble import cell_separator, join_broken_header, without_comments
 from muscle_bayes.data.reading.rows import Row, parse_rows
 from muscle_bayes.data.reading.text import decode, split_lines
@@ -193,3 +199,29 @@ def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:
         if (name := getattr(columns, key)) is not None:
             named[key] = name
     return named
+
+
+def parse_any(content: bytes, path: Path, metadata: Metadata) -> RawLog:
+    """Cells of a log of any kind that is read; its suffix, and for LabVIEW its first line, say which.
+
+    Args:
+        content: the file's bytes.
+        path: serves the messages and says the kind.
+        metadata: of the run.
+
+    Raises:
+        RunError: the file is not of its kind, or cannot be split into cells.
+    """
+    suffix, layout = path.suffix.lower(), metadata.log
+    if suffix == ".parquet":
+        rows = parquet_rows(content, path)
+        return assemble(rows, [], path, metadata.columns, layout)
+    if suffix in (".h5", ".hdf5"):
+        rows = hdf5_rows(content, path, layout.group)
+        return assemble(rows, [], path, metadata.columns, layout)
+    if is_lvm(content):
+        skipped, stated = lvm_body(content, path, layout)
+        return parse_log(content, path, metadata.columns, layout.model_copy(
+            update={"skip_lines": skipped, **stated}
+        ))  # fmt: skip
+    return parse_log(content, path, metadata.columns, layout)

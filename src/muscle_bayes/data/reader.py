@@ -12,23 +12,22 @@ from muscle_bayes.data.checking.column_units import ColumnUnit, column_units
 from muscle_bayes.data.checking.magnitudes import check_magnitudes, check_position
 from muscle_bayes.data.checking.stops import refuse_beyond_stops
 from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
-from muscle_bayes.data.describing.heater_columns import HEATER_COLUMNS
+from muscle_bayes.data.describing.columns import HEATER_COLUMNS
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.describing.metadata_file import parse_metadata
 from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.errors import RunError
-from muscle_bayes.data.files import LOG_SUFFIXES, log_beside, read_bytes
-from muscle_bayes.data.log import RawLog
+from muscle_bayes.data.files import LOG_SUFFIXES, find_runs, log_beside, read_bytes
+from muscle_bayes.data.log import RawLog, parse_any
 from muscle_bayes.data.reading.cells import blank_cells, numbers
 from muscle_bayes.data.reading.clock_formats import read_times
-from muscle_bayes.data.reading.kinds import parse_any
 from muscle_bayes.data.repairing.clock import (
     drop_duplicates,
     refuse_falling_time,
     report_gaps,
     undo_backward_jumps,
 )
-from muscle_bayes.data.repairing.counters import unwrap_counter
+from muscle_bayes.data.repairing.counters import unwrap_counter, unwrap_position
 from muscle_bayes.data.repairing.faults import (
     drop_faulty,
     drop_glitches,
@@ -38,7 +37,6 @@ from muscle_bayes.data.repairing.faults import (
 )
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
-from muscle_bayes.data.repairing.turns import unwrap_position
 from muscle_bayes.data.run import COLUMNS, Run
 from muscle_bayes.data.second_log import joined, of_first, of_second, path_of
 from muscle_bayes.data.units import COUNTS
@@ -144,41 +142,6 @@ def read_runs(paths: Sequence[Path | str] | Path | str) -> list[Run]:
     return [read_run(path) for path in find_runs(paths)]
 
 
-def find_runs(paths: Sequence[Path | str] | Path | str) -> list[Path]:
-    """The log of every run named, or of the one.
-
-    A folder stands for every CSV in it, and for every log of another kind that has a NAME.toml.
-
-    Raises:
-        RunError: there is none, or two share a name.
-    """
-    logs: list[Path] = []
-    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
-        found = _in_folder(path) if path.is_dir() else [path]
-        if not found:
-            raise RunError.at(path, "no runs: the folder holds no CSV", "name a folder of runs")
-        logs += [log_beside(log) if log.suffix == ".toml" else log for log in found]
-    if not logs:
-        raise RunError("No runs were named. Fix: name a run or a folder of runs.")
-    logs = list(dict.fromkeys(logs))  # NAME.csv and NAME.toml both named are one run
-    seen: dict[str, Path] = {}
-    for log in logs:
-        if (other := seen.setdefault(log.stem, log)) is not log:
-            raise RunError.at(log, f"duplicate run name, {other} has it too", "rename one of them")
-    return logs
-
-
-def _in_folder(folder: Path) -> list[Path]:
-    others = [
-        log
-        for log in folder.iterdir()
-        if log.suffix.lower() in LOG_SUFFIXES
-        and log.suffix != ".csv"
-        and log.with_suffix(".toml").exists()
-    ]
-    return sorted([*folder.glob("*.csv"), *others])
-
-
 def _numbers(raw: RawLog) -> tuple[Ledger, dict[str, Mask], str]:
     """Numbers of all columns, which cells are blank, and the format of the time column."""
     layout, columns = raw.layout, {}
@@ -282,9 +245,7 @@ def _to_si(ledger: Ledger, units: dict[str, ColumnUnit], clock: str) -> None:
 
 def _refuse_few_rows(ledger: Ledger) -> None:
     if ledger.lines.size < 2:
-        raise RunError.at(
-            ledger.path, f"{ledger.lines.size} good rows", "give a log with two rows or more"
-        )
+        raise ledger.refusal(f"{ledger.lines.size} good rows", "give a log with two rows or more")
 
 
 def _drop_empty_column(ledger: Ledger, metadata: Metadata, key: str) -> None:
@@ -294,27 +255,16 @@ def _drop_empty_column(ledger: Ledger, metadata: Metadata, key: str) -> None:
         return
     kind = getattr(metadata, f"element_{key[-1]}").kind
     if key.startswith("temperature") and kind == "muscle":
-        raise RunError.at(
-            ledger.path,
-            f"no temperature in the whole column, and element_{key[-1]} is a muscle",
-            "give its temperatures",
-            row=int(ledger.lines[0]),
-            column=ledger.names[key],
-        )
+        problem = f"no temperature in the whole column, and element_{key[-1]} is a muscle"
+        raise ledger.refusal(problem, "give its temperatures", 0, key)
     del ledger.columns[key]
 
 
 def _refuse_negative_load(ledger: Ledger) -> None:
     load = ledger.columns.get("load")
     if load is not None and (load < 0).any():
-        row = int(np.flatnonzero(load < 0)[0])
-        raise RunError.at(
-            ledger.path,
-            f"load of {load[row]:g} kg is negative",
-            "give masses of 0 kg or more",
-            row=int(ledger.lines[row]),
-            column=ledger.names["load"],
-        )
+        problem = f"load of {load[load < 0][0]:g} kg is negative"
+        raise ledger.refusal(problem, "give masses of 0 kg or more", load < 0, "load")
 
 
 def _table(ledger: Ledger, metadata: Metadata, dropped_lead: float) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from muscle_bayes.data.describing.heater_columns import HEATER_COLUMNS
+from muscle_bayes.data.describing.columns import HEATER_COLUMNS
 from muscle_bayes.data.describing.metadata import Measured, Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.clock import gaps
@@ -96,6 +96,11 @@ class Run:
     def unit(self) -> str:
         """Unit of the readings."""
         return self.output_sensor.unit
+
+    @property
+    def has_muscle(self) -> bool:
+        """Whether a muscle moves the rig."""
+        return "muscle" in (self.metadata.element_a.kind, self.metadata.element_b.kind)
 
     @property
     def has_force(self) -> bool:

@@ -141,6 +141,8 @@ SI_OF_DRIVE: Final[dict[Kind, str]] = {
 }
 """In what the table of a run holds what drives or heats it."""
 
+POWERS: Final[tuple[Kind, ...]] = ("power", "current", "voltage", "duty")
+"""What may heat a muscle."""
 _POSITIONS: Final[dict[Motion, tuple[Kind, ...]]] = {
     "rotary": ("counts", "angle", "angular velocity"),
     "linear": ("length", "velocity"),
@@ -173,6 +175,25 @@ def drive_kinds(motion: Motion) -> tuple[Kind, ...]:
 def position_kinds(motion: Motion) -> tuple[Kind, ...]:
     """What a position column of a rig with this motion may hold."""
     return _POSITIONS[motion]
+
+
+def column_kinds(column: str, motion: Motion, has_torque: bool) -> tuple[tuple[Kind, ...], str]:
+    """What a run's column may hold on such a rig, and its unit where none is stated.
+
+    `has_torque`: what is measured of element_a is one, and no force.
+    """
+    drive = drive_kinds(motion)
+    force: Kind = "torque" if has_torque else "force"
+    known: dict[str, tuple[tuple[Kind, ...], str]] = {
+        "time": (("time",), "s"),
+        "reading": (position_kinds(motion), COUNTS),
+        "load": (("mass",), "kg"),
+        "force": ((force,), "N*m" if has_torque else "N"),
+        "power_a": (POWERS, "W"),
+        "power_b": (POWERS, "W"),
+        "applied": (drive, "N" if drive[0] == "force" else "N*m"),
+    }
+    return known.get(column, (("temperature",), "degC"))
 
 
 def examples(kinds: tuple[Kind, ...]) -> str:

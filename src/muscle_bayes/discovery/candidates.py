@@ -90,10 +90,9 @@ def candidates(
     found: dict[str, list[Candidate]] = {effect: [] for effect in effects}
     seen = search.explained(begun)
     for (effect, strength, own), start, one in zip(rows, begun, seen, strict=True):
-        errors = np.concatenate([np.asarray(fit.errors).ravel() for fit in one.fits])
-        if not (np.isfinite(float(one.potential)) and np.isfinite(errors).all()):
+        if not (np.isfinite(float(one.potential)) and np.isfinite(one.errors).all()):
             continue
-        change = errors - base.errors
+        change = one.errors - base.errors
         absorbed = base.precision.solve(base.jacobian.T @ change)
         rest = change - base.jacobian @ absorbed
         gain = float(-base.errors @ rest - 0.5 * (rest @ rest))

@@ -65,8 +65,8 @@ def traces(nested: Nested, fitted: Fitted, whole: bool = False) -> list[Trace]:
     for group, (lanes, regime, owners) in enumerate(
         zip(data.lanes, layout.regimes, problem.lane_runs, strict=True)
     ):
-        residuals = np.asarray(fitted.look.residuals[group])
-        hyst = np.asarray(fitted.look.hyst[group])
+        residuals = np.asarray(fitted.seen.residuals[group])
+        hyst = np.asarray(fitted.seen.hyst[group])
         zero = values.get(f"{regime}.zero")
         for lane, owner in enumerate(owners):
             one = jax.tree.map(lambda x, lane=lane: np.asarray(x)[lane], lanes)

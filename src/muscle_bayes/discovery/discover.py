@@ -10,7 +10,7 @@ from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.discovery.candidates import could_show, log_bayes_factors
 from muscle_bayes.discovery.conditions import traces
-from muscle_bayes.discovery.draws import Draws, sampled
+from muscle_bayes.discovery.draws import Draws
 from muscle_bayes.discovery.fit import Fitted, OutOfTime, Search
 from muscle_bayes.discovery.functions import add_function
 from muscle_bayes.discovery.gate import Gate, Unseen, gate_by_runs
@@ -84,8 +84,7 @@ def discover(
 
     Args:
         runs: as `read_runs` gives them.
-        hold_out: names of runs that are predicted only, after their first part has told their own
-            start.
+        hold_out: names of runs that are predicted only. Their first part identifies their own start.
         friction: "coulomb" or "linear", as in `fit`.
         effects: those that the model has already.
         candidates: effects that may be added: names, or classes of your own; default: all `applicable`.
@@ -94,8 +93,8 @@ def discover(
         told: called with sentences worth reading before the search ends: what these runs could show.
         workers: rows that are evaluated side by side; the result does not depend on it.
         budget: minutes after which the best answer so far is given; default: none.
-        smallest: RMS misfit that counts, in steps of the sensor (of a sensor finer than its noise, in
-            standard deviations of a reading): less is reported as small, not claimed.
+        smallest: RMS misfit that counts, in steps of the sensor; less is reported as small, not claimed.
+            For a sensor finer than its noise, a step is one standard deviation of a reading.
 
     Returns:
         The verdict: "none", "unknown", or the names of effects; with probabilities, where the misfit
@@ -103,8 +102,8 @@ def discover(
         or whose budget ends, answers from what it has, and says what it did not search.
 
     Raises:
-        MuscleBayesError: for names that no run has, when no run is left to fit, for candidates that
-            the model has already, and for runs that cannot be fitted together.
+        MuscleBayesError: for names that no run has, when no run is left to fit, and for candidates
+            that the model has already. Also for runs that cannot be fitted together.
 
     Example:
         >>> import muscle_bayes as mb
@@ -263,7 +262,7 @@ def _weighed(
     checked: dict[str, Draws] = {}
     for name in [name for name in naming.order if name in models][:2]:
         search.report("sampling to check", len(checked), 2)
-        checked[name] = sampled(search, models[name])
+        checked[name] = found.draws_of(search, models[name])
         found.checks.append(checked[name].text(name))
     corrections = {name: one.log_evidence - one.laplace for name, one in checked.items()}
     if not all(one.good for one in checked.values()):

@@ -6,12 +6,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from scipy.special import gammaln, logsumexp
+from scipy.special import logsumexp
 
 from muscle_bayes.discovery.conditions import is_settled
 from muscle_bayes.discovery.fit import Fitted, Search, Start, whole_weights
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.result import Curve, Estimate
+from muscle_bayes.discovery.split_student import split_student
 from muscle_bayes.inference.posteriors.predict import Prediction, by_run, disturbances
 from muscle_bayes.inference.search.nested import Nested, general, values_at
 from muscle_bayes.inference.search.nested_programs import values_of
@@ -23,7 +24,7 @@ LEVELS = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True)
 class Draws:
-    """Equally weighted draws of a model's posterior, by importance sampling from Laplace's normal."""
+    """Equally weighted draws of a model's posterior, by importance sampling."""
 
     points: Float[np.ndarray, "draw n"]
     log_evidence: float
@@ -36,7 +37,7 @@ class Draws:
 
     @classmethod
     def laplace_of(
-        cls, fitted: Fitted, seed: int, count: int = 160, effective: float = 0.0
+        cls, fitted: Fitted, seed: int, count: int = 320, effective: float = 0.0
     ) -> "Draws":
         """Draws of the normal at the mode."""
         kicks = np.random.default_rng(seed).standard_normal((fitted.used, count))
@@ -61,56 +62,53 @@ def sampled(
     search: Search,
     fitted: Fitted,
     *,
-    count: int = 160,
+    count: int = 320,
     rounds: int = 3,
-    freedom: float = 7.0,
+    enough: float = 0.2,
     least: float = 20.0,
 ) -> Draws:
-    """Draws of the posterior about a fitted point.
+    """Draws of the posterior about a fitted point, by importance sampling.
 
-    Importance sampling from a Student t with Laplace's mean and covariance; while less than a third of
-    the draws count, again from the weighted draws' own mean and covariance, mixed with the former
-    (population Monte Carlo; weights are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008).
-    Fewer than `least` effective draws are not trusted.
+    From a split Student t about the mode; while less than the share `enough` of the draws count, again from
+    the weighted draws' own mean and covariance, mixed with the former (population Monte Carlo; weights
+    are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008). Fewer than `least` effective draws
+    are not trusted.
     """
     rng, used = np.random.default_rng(search.seed), fitted.used
-    mean, covariance = fitted.point[:used].copy(), fitted.precision.inverse()
+
+    def points(moves: Float[np.ndarray, "draw n"]) -> Float[np.ndarray, "draw n"]:
+        found = np.tile(fitted.point, (len(moves), 1))
+        found[:, :used] += moves
+        return found
+
+    def potential(moves: Float[np.ndarray, "draw n"]) -> Float[np.ndarray, " draw"]:
+        rows = [Start(fitted.effects, point, fitted.data) for point in points(moves)]
+        levels = np.array([float(one.potential) for one in search.explained(rows)])
+        return np.nan_to_num(levels, nan=np.inf, posinf=np.inf)
+
+    prior = np.asarray(fitted.seen.prior)[:used]
+    proposal = split_student(
+        lambda moves: potential(moves) - fitted.potential, fitted.precision.inverse(), prior
+    )
     best = None
     for _ in range(rounds):
-        root = np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))
-        kicks = rng.standard_normal((count, used))
-        stretch = np.sqrt(freedom / rng.chisquare(freedom, count))
-        points = np.tile(fitted.point, (count, 1))
-        points[:, :used] = mean + stretch[:, None] * (kicks @ root.T)
-        square = np.sum((stretch[:, None] * kicks) ** 2, axis=1)
-        log_q = (
-            gammaln(0.5 * (freedom + used))
-            - gammaln(0.5 * freedom)
-            - 0.5 * used * np.log(freedom * np.pi)
-            - np.log(np.diag(root)).sum()
-            - 0.5 * (freedom + used) * np.log1p(square / freedom)
-        )
-        rows = [Start(fitted.effects, point, fitted.data) for point in points]
-        potential = [float(one.potential) for one in search.explained(rows)]
-        log_weight = -np.nan_to_num(np.array(potential), nan=np.inf, posinf=np.inf) - log_q
+        moves, log_q = proposal.draw(rng, count)
+        log_weight = -potential(moves) - log_q
         evidence = float(logsumexp(log_weight) - np.log(count))
         share = np.exp(log_weight - logsumexp(log_weight))
-        effective = float(1.0 / np.sum(share**2))
+        effective = float(1.0 / np.sum(share**2)) if np.isfinite(evidence) else 0.0
         if best is None or effective > best[0]:
-            best = effective, evidence, points, share
-        if effective > count / 3:
+            best = effective, evidence, moves, share
+        if effective > enough * count or effective == 0.0:
             break
         cut = np.minimum(share, 1.0 / np.sqrt(count))
-        cut /= cut.sum()
-        away = points[:, :used] - cut @ points[:, :used]
-        covariance = 0.5 * covariance + 0.5 * (cut[:, None] * away).T @ away
-        mean = 0.5 * mean + 0.5 * cut @ points[:, :used]
+        proposal = proposal.moved(moves, cut / cut.sum())
     assert best is not None
-    effective, evidence, points, share = best
+    effective, evidence, moves, share = best
     if effective < least:
         return Draws.laplace_of(fitted, search.seed, count, effective)
-    chosen = rng.choice(count, count, p=share)
-    return Draws(points[chosen], evidence, fitted.log_evidence, effective, good=True)
+    chosen = points(moves)[rng.choice(count, count, p=share)]
+    return Draws(chosen, evidence, fitted.log_evidence, effective, good=True)
 
 
 def _of_effect(nested: Nested, fitted: Fitted, draws: Draws, effect: str) -> dict[str, np.ndarray]:
@@ -158,7 +156,7 @@ def undetermined(
 
     def spread(fitted: Fitted) -> np.ndarray:
         variance = np.diag(fitted.precision.inverse())[: nested.shared]
-        return np.sqrt(variance * np.maximum(np.asarray(fitted.look.prior)[: nested.shared], 1e-12))
+        return np.sqrt(variance * np.maximum(np.asarray(fitted.seen.prior)[: nested.shared], 1e-12))
 
     names = np.array(nested.shared_names())
     own = np.array(["." in name for name in names])  # of a run or a sensor
@@ -215,6 +213,6 @@ def predictions(
         ]
         models.append(model)
         readings.append(model + np.stack(extra))
-        hyst = np.asarray(fitted.look.hyst[group])
+        hyst = np.asarray(fitted.seen.hyst[group])
         strains.append(np.broadcast_to(hyst, (len(model), *hyst.shape)))
     return by_run(nested.problem, data.lanes, models, readings, strains)

@@ -18,10 +18,11 @@ from muscle_bayes.inference.model.reduction import with_swings
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.programs import unconstrained
 from muscle_bayes.inference.search.factored import FactoredPrecision
-from muscle_bayes.inference.search.least_squares import least_squares
+from muscle_bayes.inference.search.least_squares import Row, least_squares
 from muscle_bayes.inference.search.nested import Choice, Nested, values_at
 from muscle_bayes.inference.search.nested_programs import Explained, Look, explained_at, look_at
 from muscle_bayes.inference.search.pivots import pivoted
+from muscle_bayes.inference.search.secants import Carried, carried
 from muscle_bayes.progress import Report, silent
 
 
@@ -47,6 +48,11 @@ class Fitted:
     """Entries of the point that mean something; the rest are empty slots."""
 
     @property
+    def seen(self) -> Explained:
+        """How the point explains the readings."""
+        return self.look.seen
+
+    @property
     def potential(self) -> float:
         """Negative log posterior density; inf where it cannot be evaluated."""
         parts = self.look.potential, self.look.gradient, self.look.information
@@ -60,12 +66,12 @@ class Fitted:
     @cached_property
     def errors(self) -> Float[np.ndarray, " error"]:
         """All standardised one-step-ahead errors; 0 where nothing is observed."""
-        return np.asarray(self.look.errors)
+        return np.asarray(self.seen.errors)
 
     @cached_property
     def log_densities(self) -> Float[np.ndarray, " error"]:
         """Log density of each observed reading given the earlier ones; 0 where none."""
-        return np.asarray(self.look.log_densities)
+        return np.asarray(self.seen.log_densities)
 
     @cached_property
     def precision(self) -> FactoredPrecision:
@@ -135,30 +141,67 @@ class Search:
         Rows that fall `behind` the best of their group [nat] rest. No step leads to a point whose
         derivatives are not finite; a start that has none keeps its point and the potential inf.
         """
+        rows = self.descended(starts, held, steps, behind=behind, groups=groups)
+        old = [index for index, row in enumerate(rows) if row.age]
+        sure = self._looked([starts[k]._replace(point=rows[k].point) for k in old])
+        for index, look in zip(old, sure, strict=True):
+            rows[index] = replace(rows[index], look=look)
         nested = self.nested
-        choices = [nested.choice(start.effects) for start in starts]
-
-        def looker(points: Sequence[np.ndarray], index: Sequence[int]) -> list[Look]:
-            self.tick()
-            rows = [(p, choices[k], starts[k].data) for p, k in zip(points, index, strict=True)]
-            return self._evaluated(look_at, rows)
-
-        stay = [i for i, name in enumerate(nested.shared_names()) if name in held]
-        points = [start.point for start in starts]
-        rows = least_squares(
-            looker, points, stay, steps, least_gain=0.1, behind=behind, groups=groups
-        )
         return [
             Fitted(
                 start.effects,
                 row.point,
                 start.data,
-                choice,
+                nested.choice(start.effects),
                 row.look,
                 nested.shared + len(nested.slots_of(start.effects)),
             )
-            for start, choice, row in zip(starts, choices, rows, strict=True)
+            for start, row in zip(starts, rows, strict=True)
         ]
+
+    def descended(
+        self,
+        starts: Sequence[Start],
+        held: Sequence[str] = (),
+        steps: int = 40,
+        *,
+        behind: float = np.inf,
+        groups: Sequence[Hashable] | None = None,
+    ) -> list[Row[Look]]:
+        """As `fit`, but derivatives at the ends may be secants'."""
+
+        def at(points: Sequence[np.ndarray], index: Sequence[int]) -> list[Start]:
+            self.tick()
+            return [starts[k]._replace(point=p) for p, k in zip(points, index, strict=True)]
+
+        def looker(points: Sequence[np.ndarray], index: Sequence[int]) -> list[Look]:
+            return self._looked(at(points, index))
+
+        def glancer(
+            points: Sequence[np.ndarray], index: Sequence[int], rows: Sequence[Row[Look]]
+        ) -> list[Look]:
+            seen = self.explained(at(points, index))
+            return [
+                _carried(row, there, point)
+                for row, there, point in zip(rows, seen, points, strict=True)
+            ]
+
+        stay = [i for i, name in enumerate(self.nested.shared_names()) if name in held]
+        return least_squares(
+            looker,
+            [start.point for start in starts],
+            stay,
+            steps,
+            glancer=glancer,
+            least_gain=0.1,
+            behind=behind,
+            groups=groups,
+        )
+
+    def _looked(self, starts: Sequence[Start]) -> list[Look]:
+        """Every start, with derivatives."""
+        rows = [(start.point, self.nested.choice(start.effects), start.data) for start in starts]
+        return jax.device_get(self._evaluated(look_at, rows))
 
     def explained(self, starts: Sequence[Start]) -> list[Explained]:
         """How every start explains the readings, without derivatives."""
@@ -190,8 +233,27 @@ class Search:
 
     def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
         """Whether the misfit of some regime is so many times the noise of a reading."""
-        levels = self.misfit(fitted.look.residuals, fitted.data)
+        levels = self.misfit(fitted.seen.residuals, fitted.data)
         return any(rms > times * self.noise[regime] for regime, (rms, _) in levels.items())
+
+    def is_lost(self, fitted: Fitted, share: float = 0.1) -> bool:
+        """Whether in some run the misfit's RMS is over this share of the readings' standard deviation.
+
+        Of runs that are solved from their start alone: segments begin anew where the readings are.
+        """
+        groups = zip(
+            fitted.seen.residuals, fitted.data.lanes, self.nested.layout.segmented, strict=True
+        )
+        for residuals, lanes, cut in groups:
+            for residual, reading, weight in zip(
+                residuals, lanes.reading, lanes.weight, strict=True
+            ):
+                seen = np.asarray(weight) > 0
+                if not cut and seen.any():
+                    spread = np.std(np.asarray(reading)[seen])
+                    if np.sqrt(np.mean(np.asarray(residual)[seen] ** 2)) > share * spread:
+                        return True
+        return False
 
     def with_shared(self, start: Start, values: Mapping[str, float]) -> Start:
         """The start with other values of shared, positive quantities."""
@@ -244,19 +306,19 @@ class Search:
             ]
             owners = [group for _, group, _ in begun]
             own = [start for start, _, _ in begun]
-            fits = self.fit(own, held, count, behind=behind, groups=owners)
+            ends = self.descended(own, held, count, behind=behind, groups=owners)
             best: dict[Hashable, float] = {}
-            for fit, group in zip(fits, owners, strict=True):
-                best[group] = min(fit.potential, best.get(group, np.inf))
-            ended = sorted(zip(fits, begun, strict=True), key=lambda one: one[0].potential)
+            for end, group in zip(ends, owners, strict=True):
+                best[group] = min(end.potential, best.get(group, np.inf))
+            ended = sorted(zip(ends, begun, strict=True), key=lambda one: one[0].potential)
             rows = [
-                (fit.start, group, data)
-                for fit, (_, group, data) in ended
-                if np.isfinite(fit.potential) and fit.potential <= best[group] + behind
+                (start._replace(point=end.point), group, data)
+                for end, (start, group, data) in ended
+                if np.isfinite(end.potential) and end.potential <= best[group] + behind
             ]
-        ends = [start._replace(data=data) for start, _, data in rows]
-        seen = self.explained(ends)
-        return [self.as_lasting(s, one.residuals) for s, one in zip(ends, seen, strict=True)]
+        whole = [start._replace(data=data) for start, _, data in rows]
+        seen = self.explained(whole)
+        return [self.as_lasting(s, one.residuals) for s, one in zip(whole, seen, strict=True)]
 
     def settled(self, fitted: Fitted, rounds: int = 3) -> Fitted:
         """The fit with what its own point tells of the motion, and fitted with it.
@@ -295,6 +357,15 @@ class Search:
         """A start of the model with some of the fit's effects alone, in this order."""
         point = self.nested.point(sampled_values(self.nested, fitted), effects)
         return Start(tuple(effects), point, fitted.data)
+
+
+def _carried(row: Row[Look], there: Explained, point: Float[np.ndarray, " n"]) -> Look:
+    """A look near a row's, with secants."""
+    look, move = row.look, point - row.point
+    known = Carried(*map(np.asarray, look[1:]))
+    if not (np.isfinite(there.potential) and np.isfinite(there.parts).all()):
+        return Look(there, *known)
+    return Look(there, *carried(look.seen, known, there, move))
 
 
 def noise_names(nested: Nested) -> list[str]:

@@ -75,8 +75,7 @@ class Unseen:
             for fold, some in enumerate(hidden):
                 mine = np.isin(blocks, some)
                 found = seen[index * folds + fold]
-                parts = [np.asarray(fit.log_density).ravel() for fit in found.fits]
-                density[mine] = np.nan_to_num(np.concatenate(parts), nan=-1e3)[mine]
+                density[mine] = np.nan_to_num(found.log_densities, nan=-1e3)[mine]
                 away = np.concatenate([np.asarray(one).ravel() for one in found.residuals])
                 squares[mine] = np.nan_to_num((away[mine] / scale[mine]) ** 2, nan=1e12)
             self.log_density[name], self.squares[name] = density, squares

@@ -324,7 +324,7 @@ def replicated_errors(
         fitted.data.lanes,
         nested.layout.regimes,
         nested.problem.lane_runs,
-        fitted.look.residuals,
+        fitted.seen.residuals,
         strict=True,
     ):
         noise, modelled = float(values[f"{regime}.noise"]), lanes.reading - np.asarray(residual)

@@ -175,14 +175,14 @@ def _information(
     for index in [names.index(name) for name in noise_names(nested)]:
         rival[index] = first.point[index]
     one, two = (
-        explained_at(jnp.asarray(point), x.choice, layout, data).fits[group].errors
+        np.asarray(explained_at(jnp.asarray(point), x.choice, layout, data).errors)
         for point, x in ((first.point, first), (rival, second))
     )
-    difference = np.asarray(one - two)
-    seen = look_at(jnp.asarray(first.point), first.choice, layout, data)
     begin = sum(one.weight.size for one in data.lanes[:group])
-    slopes = np.asarray(seen.jacobian)[:, begin : begin + imagined.weight.size]
-    slopes = slopes.reshape(-1, *imagined.weight.shape)
+    of_group = slice(begin, begin + imagined.weight.size)
+    difference = (one - two)[of_group].reshape(imagined.weight.shape)
+    seen = look_at(jnp.asarray(first.point), first.choice, layout, data)
+    slopes = np.asarray(seen.jacobian)[:, of_group].reshape(-1, *imagined.weight.shape)
     known = first.precision.inverse()
     for index, name in enumerate(names):
         # A new run has a zero, a start and a HYST of its own.

@@ -64,6 +64,16 @@ class Found:
     stopped: str = ""
     not_searched: list[str] = field(default_factory=list)
 
+    _drawn: list[tuple[Fitted, Draws]] = field(default_factory=list)
+
+    def draws_of(self, search: Search, fitted: Fitted) -> Draws:
+        """Draws of a model's posterior; sampled once."""
+        for known, drawn in self._drawn:
+            if known is fitted:
+                return drawn
+        self._drawn.append((fitted, sampled(search, fitted)))
+        return self._drawn[-1][1]
+
     @property
     def last(self) -> Fitted:
         """The model with all named effects."""
@@ -161,7 +171,7 @@ def _judged(search: Search, fitted: Fitted, drawn: Draws | None, misfit: MisfitM
 
 def _step(found: Found, link: Link, probability: float, before: Judged) -> Step:
     search, unnamed = link.search.patient, is_function(link.effect)
-    nested, drawn = search.nested, sampled(search, link.after)
+    nested, drawn = search.nested, found.draws_of(search, link.after)
     left = found.left if link.after is found.last else locate(search, link.after)
     return Step(
         added=UNKNOWN if unnamed else link.effect,

@@ -14,7 +14,7 @@ def scored(
 ) -> dict[str, list[Candidate]]:
     """Candidates beside `base`; where its misfit is large, as if that were white noise."""
     if search.is_gross(base):
-        start = search.as_noise(base.start, base.look.residuals)
+        start = search.as_noise(base.start, base.seen.residuals)
         (base,) = search.fit([start], held=noise_names(search.nested), steps=15)
     return candidates(search, base, names, seed)
 
@@ -56,7 +56,8 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     # With lasting noise a point begins far above where it soon is: none is given up before that.
     begun = [one.start for one in search.fit(finals, steps=8)]
     _keep(fits, search.fit(begun, behind=200.0))
-    if fits and search.is_gross(max(fits.values(), key=evidence)):
+    best = max(fits.values(), key=evidence, default=None)
+    if best is not None and search.is_gross(best) and search.is_lost(best):
         search.report("candidates, along the runs", 0, 1)
         _keep(fits, _along_the_runs(search, chosen))
     search.report("candidates", len(screened), len(screened))

@@ -228,8 +228,8 @@ class Plant(eqx.Module):
 
             dq/dt = v,   dv/dt = a(t, y) - d(t, y) sign(v),   d hyst/dt and d memory/dt = rates(t, y)
 
-        The first term is `smooth_rates`, with a = force / inertia; the second, `dry_bound`, has d =
-        dry friction / inertia as its derivative of speed and 0 elsewhere. A rotor at rest stays there
+        The first term is `smooth_rates`, with a = force / inertia. The second is `dry_bound`: its
+        derivative of speed is d = dry friction / inertia, the others are 0. A rotor at rest stays there
         while |a| <= d. `args` of both is the drive: a diffrax path of `Drive`s, as is a `Schedule`.
         """
         return diffrax.MultiTerm(

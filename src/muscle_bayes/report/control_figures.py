@@ -8,14 +8,34 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from muscle_bayes.control.batch import SHOWN_EVERY
-from muscle_bayes.control.judging.judge import Judgement, TradeOff
+from muscle_bayes.control.batch import SHOWN_EVERY, Bank
+from muscle_bayes.control.judging.judge import Judgement, TradeOff, trade_off
+from muscle_bayes.control.judging.specification import HOTTEST
 from muscle_bayes.control.linear import Loop
 from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.report.style import BLACK, BLUE, GREY, PALETTE, VERMILLION, WIDTH, quiet_style
 
+COMPARED: Final = "thesis"
+"""The law that the recommended one is drawn against."""
 _BANDS: Final = ((BLUE, 0.30), (VERMILLION, 0.22))
 """Colour and opacity of the 90 % band of the first and of the second law."""
+
+
+def control_figures(
+    result: Judgement, bank: Bank, found: Mapping[str, Loop], factors: Sequence[float]
+) -> dict[str, Figure]:
+    """Responses, speed against heat, and the recommended law's loops where there are any."""
+    law = result.recommended
+    both = [law, *([COMPARED] if COMPARED in result.gains and law != COMPARED else [])]
+    curves = {
+        name: trade_off(bank, gains, result.scenarios[:2], HOTTEST, factors)
+        for name, gains in result.gains.items()
+    }
+    figures = {
+        "responses": responses_figure(result, both),
+        "pareto": pareto_figure(curves, HOTTEST),
+    }
+    return figures | ({"loop": loop_figure(found, law)} if found else {})
 
 
 def responses_figure(result: Judgement, laws: Sequence[str]) -> Figure:

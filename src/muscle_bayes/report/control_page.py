@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 
 from muscle_bayes.control.batch import Bank
-from muscle_bayes.control.judging.judge import Judgement, standard_error, trade_off
-from muscle_bayes.control.judging.specification import HOTTEST, cvar
+from muscle_bayes.control.judging.judge import Judgement, standard_error
+from muscle_bayes.control.judging.specification import cvar
 from muscle_bayes.control.laws.gains import gains_header, gains_toml
 from muscle_bayes.control.linear import Loop, loops
 from muscle_bayes.json_file import write_json
-from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
+from muscle_bayes.report.control_figures import control_figures
 from muscle_bayes.report.style import save
+from muscle_bayes.report.tables import Table, markdown, table
 from muscle_bayes.whole_file import write_whole
 
 SHOWN: Final = {
@@ -28,8 +29,6 @@ SHOWN: Final = {
 ANGLES: Final = (0.03, 0.08)
 """Where loop gains are looked at [rad]."""
 FACTORS: Final = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5)
-COMPARED: Final = "thesis"
-"""The law that the recommended one is drawn against."""
 
 
 def write_control_report(
@@ -55,7 +54,8 @@ def write_control_report(
     law = result.recommended
     found = {f"{np.degrees(a):.1f} deg": loops(bank.draws, result.gains[law], a) for a in ANGLES}
     found = {name: loop for name, loop in found.items() if len(loop.gain)}
-    draw_figures(result, bank, found, folder)
+    for name, figure in control_figures(result, bank, found, FACTORS).items():
+        save(figure, folder / f"{name}.png")
     for name, gains in result.gains.items():
         head = f"{result.notes[0] if result.notes else ''}"
         write_whole(folder / f"gains-{name}.toml", gains_toml(gains, head).encode())
@@ -65,21 +65,6 @@ def write_control_report(
     page = _page(result, found, edges or {}, command)
     write_whole(folder / "report.md", page.encode())
     return page
-
-
-def draw_figures(result: Judgement, bank: Bank, found: Mapping[str, Loop], folder: Path) -> None:
-    """Responses, speed against heat, loop gains."""
-    law = result.recommended
-    both = [law, *([COMPARED] if COMPARED in result.gains and law != COMPARED else [])]
-    save(responses_figure(result, both), folder / "responses.png")
-    asked = result.scenarios[:2]
-    curves = {
-        name: trade_off(bank, gains, asked, HOTTEST, FACTORS)
-        for name, gains in result.gains.items()
-    }
-    save(pareto_figure(curves, HOTTEST), folder / "pareto.png")
-    if found:
-        save(loop_figure(found, law), folder / "loop.png")
 
 
 def _page(
@@ -93,12 +78,12 @@ def _page(
         f"**{first}.** {others}\n",
         "The number in a scenario's name is its frequency in Hz. Limits are the defaults, or those that "
         "were chosen, eased to 1.5 times what the best input reaches. Where a scenario is out of reach, "
-        "the joint only has to stay below 100 C and not run away. *Duty* is heater power from 0 to 255.\n",
+        "the joint only has to stay below 100 C and be no runaway. *Duty* is heater power from 0 to 255.\n",
         *(f"- {note}" for note in result.notes),
         "\n## What is asked\n",
         _asked(result),
         "\n## Probability of meeting it\n",
-        _probabilities(result),
+        markdown(probabilities(result)),
         "\n## Excess beyond the limits: 95 % CVaR\n",
         "The mean of the worst twentieth of the largest relative miss, cut off at 3. `=` marks a tie with "
         f"{result.recommended} within two Monte Carlo errors.\n",
@@ -114,9 +99,8 @@ def _page(
     return "\n".join([*parts, *(["![loop](loop.png)\n"] if found else [])])
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+def _markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return markdown(table(columns, rows))
 
 
 def _asked(result: Judgement) -> str:
@@ -127,7 +111,7 @@ def _asked(result: Judgement) -> str:
         best = ", ".join(_value(k, v) for k, v in spec.feasible.items() if k != "peak_temperature")
         kept = spec.infeasible or f"on {spec.attainable:.0%} of joints"
         rows.append((one.name, limits, best or "-", kept))
-    return _table(
+    return _markdown(
         ("scenario", "at most", "best input on 90 % of joints", "best input keeps it"), rows
     )
 
@@ -137,7 +121,8 @@ def _value(metric: str, value: float) -> str:
     return f"{name} {value * unit:.3g}"
 
 
-def _probabilities(result: Judgement) -> str:
+def probabilities(result: Judgement) -> Table:
+    """Share of joints that meets each specification under every law, with Monte Carlo errors."""
     names = [one.name for one in result.scenarios]
     rows = []
     for name in [*names, None]:
@@ -151,7 +136,7 @@ def _probabilities(result: Judgement) -> str:
             told = f"{name}, on the {found[0][2]} of {result.possible[name].size} joints that can"
             rows.append((told, *(f"{share:.3f} ({error:.3f})" for share, error, _ in found)))
     rows.append(("runaways", *(str(result.runaways(law)) for law in result.gains)))
-    return _table(("scenario", *result.gains), rows)
+    return table(("scenario", *result.gains), rows)
 
 
 def _excesses(result: Judgement) -> str:
@@ -165,7 +150,7 @@ def _excesses(result: Judgement) -> str:
             for other in result.gains
         ]
         rows.append((one.name, *cells))
-    return _table(("scenario", *result.gains), rows)
+    return _markdown(("scenario", *result.gains), rows)
 
 
 def _steps(result: Judgement) -> str:
@@ -178,7 +163,7 @@ def _steps(result: Judgement) -> str:
             found = result.metrics(law, one.name)
             cells = [_interval(found.get(key), SHOWN[key][1]) for key in names]
             rows.append((one.name, law, *cells))
-    return _table(("scenario", "law", *(SHOWN[key][0] for key in names)), rows)
+    return _markdown(("scenario", "law", *(SHOWN[key][0] for key in names)), rows)
 
 
 def _interval(metric: Mapping[str, float] | None, unit: float) -> str:
@@ -196,7 +181,7 @@ def _gains(result: Judgement, edges: Mapping[str, Sequence[str]]) -> str:
         (law, gains.sentence(), ", ".join(edges.get(law, ())) or "-")
         for law, gains in result.gains.items()
     ]
-    return _table(("law", "gains", "at an edge of the search"), rows)
+    return _markdown(("law", "gains", "at an edge of the search"), rows)
 
 
 def _loops(found: Mapping[str, Loop]) -> str:
@@ -210,7 +195,7 @@ def _loops(found: Mapping[str, Loop]) -> str:
         error = standard_error(float(stable), len(margins))
         rows.append((name, *cells, _range(loop.disk), f"{stable:.2f} ({error:.2f})"))
     header = ("held at", "gain margin", "phase margin [deg]", "crossover [rad/s]", "disk margin")
-    return _table((*header, "stable"), rows) + (
+    return _markdown((*header, "stable"), rows) + (
         "\n\nDry friction has no linearisation and is left out here. The rotor's resonance, which nothing "
         "else damps, crosses |L| = 1 in many draws, and the smallest phase margin then lies there. "
         "The simulations above include friction."

@@ -10,9 +10,18 @@ from matplotlib.figure import Figure
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.locate import MisfitMap
 from muscle_bayes.discovery.result import Curve, Discovery, Judged, Step
-from muscle_bayes.report.bands import draw_bands, mark_origin
-from muscle_bayes.report.discovery_summary import SIGNAL_WORDS
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style, save
+from muscle_bayes.report.predictive_figures import draw_readings, draw_residuals
+from muscle_bayes.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    VERMILLION,
+    WIDTH,
+    mark_origin,
+    quiet_style,
+    save,
+)
+from muscle_bayes.report.words import SIGNAL_WORDS
 
 UNITS = {
     "q": "rad or m",
@@ -199,18 +208,10 @@ def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
 
 def _overlay(axes, judged: Judged, run: str, name: str) -> None:
     prediction, check = judged.predictions[run], judged.checks[run]
-    mean = prediction.model.mean(axis=0)
-    draw_bands(axes[0], prediction.time, prediction.reading, "predictions")
-    axes[0].plot(prediction.time, mean, color=BLUE, linewidth=1.0, label="mean model")
-    axes[0].plot(
-        prediction.time, prediction.observed, ".", color=BLACK, markersize=2, label="logged"
-    )
+    draw_readings(axes[0], prediction)
     axes[0].set_title(f"{name}: RMSE {check.rmse:.3g} {check.unit}", fontsize=9)
-    axes[0].set_ylabel(f"reading [{prediction.unit}]")
-    draw_bands(axes[1], prediction.time, prediction.reading - mean, "predictions")
-    axes[1].plot(prediction.time, prediction.observed - mean, ".", color=BLACK, markersize=2)
-    axes[1].axhline(0.0, color=BLUE, linewidth=0.8)
-    axes[1].set(xlabel="time [s]", ylabel=f"residual [{prediction.unit}]")
+    draw_residuals(axes[1], prediction)
+    axes[1].set_xlabel("time [s]")
     if prediction.ahead_from > 0.0:
         for axis in axes:
             axis.axvline(prediction.ahead_from, color=GREY, linestyle=":", linewidth=1.0)

@@ -1,21 +1,13 @@
 """One page on what was found, to be read aloud."""
 
 from collections.abc import Mapping
+from typing import Any
 
-import numpy as np
-
-from muscle_bayes.discovery.result import Curve, Discovery, Step
+from muscle_bayes.discovery.result import Discovery
 from muscle_bayes.discovery.weigh import NONE, UNKNOWN
+from muscle_bayes.report.tables import added, markdown, probabilities
+from muscle_bayes.report.words import step
 
-SIGNAL_WORDS = {
-    "q": "angle or position",
-    "speed": "speed",
-    "load": "load",
-    "strain": "strain sigma of the muscle",
-    "hyst": "strain sigma_hyst of HYST",
-    "temperature": "temperature",
-}
-"""What a function may depend on, in words."""
 WINDOWS = 5
 """Windows of the misfit map that are told."""
 
@@ -75,13 +67,12 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
     lines += ["## Where the misfit was", ""]
     lines += _located(found)
     lines += ["## How likely", ""]
-    order = sorted(found.probabilities.items(), key=lambda item: -item[1])
-    lines += [f"- {name}: {p:.1%}" for name, p in order if p >= 0.005] + [""]
+    lines += [markdown(probabilities({"probabilities": found.probabilities})), ""]
     lines += [f"- {check}." for check in found.checks] + [""]
     for tie in found.ties:
         lines += [f"These runs cannot distinguish: {', '.join(tie)}.", ""]
-    for step in found.steps:
-        lines += _step(step, found)
+    for one in found.as_dict()["steps"]:
+        lines += _step(one, found.floor)
     lines += ["## What is left", ""]
     left = found.final.misfit
     lines += [
@@ -119,48 +110,10 @@ def _located(found: Discovery) -> list[str]:
     return [*lines, *([f"- and {more} windows more"] if more > 0 else []), ""]
 
 
-def _closed(step: Step, run: str, floor: float) -> str:
-    share = step.closed(run, floor)
-    return "no gap" if share is None else f"{share:.0%}"
-
-
-def _curve(step: Step, curve: Curve) -> str:
-    """A function in words: its coefficients would tell nobody anything."""
-    bottom, top = np.argmin(curve.median), np.argmax(curve.median)
-    unit = "" if curve.unit == "1" else f" {curve.unit}"
-    what = "The damper's logarithm" if step.port == "damper" else f"The {step.port}"
-    ends = [f"{curve.median[i]:+.3g}{unit} at {curve.signal[i]:.3g}" for i in (bottom, top)]
-    return (
-        f"{what} changes by {ends[0]} to {ends[1]}, the {SIGNAL_WORDS[step.signals[0]]} being from "
-        f"{curve.signal[0]:.3g} to {curve.signal[-1]:.3g} (`unknown.png`)"
-    )
-
-
-def _step(step: Step, found: Discovery) -> list[str]:
-    numbers = ", ".join(
-        f"{name} {one.median:.3g} {'' if one.unit == '1' else one.unit}".rstrip()
-        + f" (90 %: {one.low:.3g} to {one.high:.3g})"
-        for name, one in step.parameters.items()
-    )
-    if step.curve is not None:
-        numbers = _curve(step, step.curve)
-    lines = [
-        f"## Added: {step.added} (port {step.port})",
-        "",
-        f"Probability at this step {step.probability:.1%}. {numbers}. Readings left out "
-        f"({step.gate.by}) are predicted better by {step.gate.gain:.0f} nat "
-        f"(standard error {step.gate.se:.0f}).",
-        "",
-        "| run | RMSE before | after | noise alone | gap closed | within 90 % band |",
-        "|---|---|---|---|---|---|",
-    ]
-    for run, check in step.after.checks.items():
-        mark = " (held out)" if run in found.held_out else ""
-        before, floor = step.before.checks[run], found.floor[run]
-        lines.append(
-            f"| {run}{mark} | {before.rmse:.3g} | {check.rmse:.3g} | {floor:.3g} "
-            f"{check.unit} | {_closed(step, run, floor)} | {check.coverage90:.0%} |"
-        )
-    if step.weakened:
-        lines += ["", f"No longer determined beside it: {', '.join(step.weakened)}."]
+def _step(told: Mapping[str, Any], floor: Mapping[str, float]) -> list[str]:
+    lines = [f"## Added: {told['added']} (port {told['port']})", "", step(told), ""]
+    lines += ["Drawn in `unknown.png`.", ""] if told["curve"] is not None else []
+    lines += [markdown(added(told, floor))]
+    if told["undetermined"]:
+        lines += ["", f"No longer determined beside it: {', '.join(told['undetermined'])}."]
     return [*lines, ""]

@@ -1,4 +1,4 @@
-"""What a posterior says of each parameter, beside its prior and a published value."""
+"""What a posterior says of each parameter, beside its prior, a published value or another model."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import gaussian_kde
 
+from muscle_bayes.inference.posteriors.identifiability import Identifiability
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.bands import mark_origin
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, mark_origin, quiet_style
 
 _REACH = 1.0
 """How far axes reach beyond the posterior's 98 % range, in its widths."""
@@ -127,3 +127,91 @@ def _marginal(
     axis.set_yticks([])
     axis.locator_params(axis="x", nbins=4)
     axis.set_xlabel(f"{name} [{unit_of(unit)}]")
+
+
+def identifiability_figure(found: Identifiability) -> Figure:
+    """A bar a parameter: 1 - width of the posterior's 90 % interval over that of the prior's.
+
+    Args:
+        found: as `identify` gives it.
+
+    Returns:
+        A matplotlib figure.
+    """
+    names = list(found.parameters)[::-1]
+    rows = [found.parameters[name] for name in names]
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 0.6 + 0.155 * len(names)))
+        axis = fig.subplots()
+        bars = axis.barh(
+            names, [max(row.contraction, 0.0) for row in rows], color=BLUE, height=0.62
+        )
+        for place, (bar, row) in enumerate(zip(bars, rows, strict=True)):
+            if row.edge:
+                bar.set(hatch="////", edgecolor="white")
+            text = f"{row.contraction:z.2f}" + (f", at its {row.edge} bound" if row.edge else "")
+            axis.text(max(row.contraction, 0.0) + 0.01, place, text, va="center", fontsize=7)
+        axis.axvline(1.0, color=GREY, linewidth=0.8)
+        axis.set(xlim=(0.0, 1.25), xlabel="contraction from prior to posterior [1]")
+        axis.tick_params(axis="y", labelsize=7)
+        axis.grid(visible=False, axis="y")
+    return fig
+
+
+LOOKS = (("o", GREY, "white"), ("s", BLUE, BLUE))
+"""Marker, colour and filling of the model before and of that after."""
+
+
+def forest_figure(
+    posteriors: Mapping[str, Posterior], published: Mapping[str, float] | None = None
+) -> Figure:
+    """Median, 50 and 90 % interval of each parameter in each of two models, a panel a parameter.
+
+    Every panel has its own axis: parameters differ in unit and size. A parameter that only one model
+    has is shown alone.
+
+    Args:
+        posteriors: two, by the names to show.
+        published: values to mark, by parameter.
+
+    Returns:
+        A matplotlib figure.
+    """
+    names = list(dict.fromkeys(name for one in posteriors.values() for name in _scalars(one)))
+    columns = 2 if len(names) > 3 else 1
+    rows = -(-len(names) // columns)
+    with quiet_style():
+        fig = Figure(figsize=(WIDTH, 0.5 + 0.62 * rows))
+        axes = fig.subplots(rows, columns, squeeze=False).T.ravel()
+        for axis, name in zip(axes, names, strict=False):
+            for row, (look, one) in enumerate(zip(LOOKS, posteriors.values(), strict=True)):
+                if name in _scalars(one):
+                    _interval(axis, row, one.tree["posterior"][name].to_numpy().ravel(), look)
+            _dress(axis, name, posteriors, (published or {}).get(name))
+        for axis in axes[len(names) :]:
+            axis.set_axis_off()
+    return fig
+
+
+def _scalars(posterior: Posterior) -> list[str]:
+    return [name for name in posterior.parameters if posterior.tree["posterior"][name].ndim == 2]
+
+
+def _interval(axis: Axes, row: int, draws: NDArray[np.float64], look: tuple[str, str, str]) -> None:
+    marker, colour, filling = look
+    low, quarter, middle, third, high = np.quantile(draws, [0.05, 0.25, 0.5, 0.75, 0.95])
+    axis.plot([low, high], [row, row], color=colour, linewidth=1.0)
+    axis.plot([quarter, third], [row, row], color=colour, linewidth=3.0)
+    axis.plot(middle, row, marker, color=colour, markerfacecolor=filling, markersize=5)
+
+
+def _dress(axis: Axes, name: str, posteriors: Mapping[str, Posterior], mark: float | None) -> None:
+    unit = next(one.units[name] for one in reversed([*posteriors.values()]) if name in one.units)
+    axis.set_yticks(range(len(posteriors)), list(posteriors), fontsize=7)
+    axis.set_ylim(len(posteriors) - 0.5, -0.5)
+    axis.set_title(f"{name} [{unit_of(unit or '1')}]", fontsize=8, color=BLACK)
+    axis.locator_params(axis="x", nbins=5)
+    axis.grid(visible=False, axis="y")
+    low, high = axis.get_xlim()
+    if mark is not None and low - (high - low) < mark < high + (high - low):
+        axis.axvline(mark, color=VERMILLION, linestyle=(0, (4, 2)), linewidth=1.2)

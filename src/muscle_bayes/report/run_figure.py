@@ -8,8 +8,17 @@ from matplotlib.figure import Figure
 
 from muscle_bayes.data import Run
 from muscle_bayes.data.units import SI_OF_DRIVE
-from muscle_bayes.report.bands import mark_origin
-from muscle_bayes.report.style import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION, WIDTH, quiet_style
+from muscle_bayes.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILLION,
+    WIDTH,
+    mark_origin,
+    quiet_style,
+)
 
 _SIDE_COLOURS = {"a": VERMILLION, "b": SKY}
 HEATED = 2.0

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from muscle_bayes.markup import unit_of
-from muscle_bayes.study.numbers import interval, number, percent
+from muscle_bayes.report.tables import Table, table
+from muscle_bayes.report.words import agrees, converged, interval, number, percent
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
-from muscle_bayes.study.tables import Table, table
-from muscle_bayes.study.words import agrees, converged
 
 Values = Mapping[str, NDArray[np.float64]]
 LITTLE: Final = 0.5

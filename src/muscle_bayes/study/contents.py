@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from muscle_bayes.study import tables, words
+from muscle_bayes.report import tables, words
+from muscle_bayes.report.words import plural
 from muscle_bayes.study.answers import answers
-from muscle_bayes.study.numbers import plural
 from muscle_bayes.study.published import values_of
 from muscle_bayes.study.results import Numbers, Results
 from muscle_bayes.study.stages import LeftOut
@@ -74,7 +74,7 @@ def _fit(results: Results, name: str, of: tuple[str, ...]) -> dict[str, Any]:
     """Table of a fit beside the values printed for it, and what its chains say."""
     summary, plan = results.summaries[name], results.plan
     values = values_of(plan.published, *of)
-    printed = next((one for one in plan.published if one.of == of[-1]), None)
+    printed = next((one.name for one in plan.published if one.of == of[-1]), None)
     return {
         "table": tables.parameters(summary, results.posteriors[name].units, printed, values),
         "converged": words.converged(f"the fit {name}", summary),

@@ -3,22 +3,24 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from doit.cmd_base import TaskLoader2
+from doit.cmd_base import ModuleTaskLoader
+from doit.dependency import JsonDB
 from doit.doit_cmd import DoitMain
 from doit.exceptions import BaseFail, TaskFailed
 from doit.globals import Globals
 from doit.reporter import ZeroReporter
-from doit.task import Task, dict_to_task
+from doit.task import Task
 from doit.tools import config_changed
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.schedule import longest_path_first
+from muscle_bayes.study.plan import PRESETS, Plan, Preset
 from muscle_bayes.study.stages import Stage
+from muscle_bayes.whole_file import write_whole
 
 PROCESSES = 2
 """Stages that run side by side: each compiles and samples with more than one thread."""
@@ -63,10 +65,15 @@ def run_stages(
         "par_type": "thread",
         "verbosity": 0,
     }
+
+    def task_stages() -> Iterator[dict[str, Any]]:
+        for stage in longest_path_first(stages, plan.preset):
+            yield _task(plan, stage, process_of(stage, plan.path))
+
     code = DoitMain(
-        _Loader(plan, stages, process_of, settings),
+        ModuleTaskLoader({"DOIT_CONFIG": settings, "task_stages": task_stages}),
         config_filenames=(),
-        extra_config={"BACKEND": {"whole": "muscle_bayes.study.records:WholeFile"}},
+        extra_config={"BACKEND": {"whole": "muscle_bayes.study.pipeline:WholeFile"}},
     ).run(["run"])
     if reporter.failed is not None:
         raise MuscleBayesError(reporter.failed)
@@ -97,38 +104,17 @@ class _Reporter(ZeroReporter):
         self.failed = self.failed or f"stage {task.name}: {fail_info.message}"
 
 
-class _Loader(TaskLoader2):
-    """Stages as doit's tasks."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        stages: Sequence[Stage],
-        process_of: Callable[[Stage, Path], list[str]],
-        settings: dict[str, Any],
-    ) -> None:
-        super().__init__()
-        self._plan, self._stages = plan, stages
-        self._process_of, self._settings = process_of, settings
-
-    def load_doit_config(self) -> dict[str, Any]:
-        return self._settings
-
-    def load_tasks(self, cmd: Any, pos_args: Any) -> list[Task]:
-        ordered = longest_path_first(self._stages, self._plan.preset)
-        return [dict_to_task(self._task(stage)) for stage in ordered]
-
-    def _task(self, stage: Stage) -> dict[str, Any]:
-        plan = self._plan
-        reads = [*plan.files(stage.runs), *stage.needs]
-        return {
-            "name": stage.name,
-            "actions": [(_ended_well, [self._process_of(stage, plan.path)])],
-            "io": {"capture": False},  # doit would redirect the output of all threads
-            "file_dep": [str(path) for path in reads],
-            "targets": [str(path) for path in (stage.result, *stage.also, *figures_of(stage))],
-            "uptodate": [config_changed(stage.inputs(plan))],
-        }
+def _task(plan: Plan, stage: Stage, process: list[str]) -> dict[str, Any]:
+    """A stage as doit has it."""
+    reads = [*plan.files(stage.runs), *stage.needs]
+    return {
+        "basename": stage.name,
+        "actions": [(_ended_well, [process])],
+        "io": {"capture": False},  # doit would redirect the output of all threads
+        "file_dep": [str(path) for path in reads],
+        "targets": [str(path) for path in (stage.result, *stage.also, *figures_of(stage))],
+        "uptodate": [config_changed(stage.inputs(plan))],
+    }
 
 
 def _ended_well(process: list[str]) -> TaskFailed | None:
@@ -149,3 +135,31 @@ def figures_of(stage: Stage) -> list[Path]:
     return [
         folder / f"{figure['path']}.{kind}" for figure in drawn.values() for kind in ("svg", "png")
     ]
+
+
+class WholeFile(JsonDB):
+    """A JSON file that a killed process leaves as it was."""
+
+    def dump(self) -> None:
+        """Write the records, unless they stand."""
+        path, content = Path(self.name), self.codec.encode(self._db).encode()
+        if not (path.exists() and path.read_bytes() == content):
+            write_whole(path, content)
+
+
+def longest_path_first(stages: Sequence[Stage], preset: Preset) -> list[Stage]:
+    """Stages by how long it takes from their beginning to the end of all that waits for them.
+
+    With few processes this ends soonest, or nearly (critical-path list scheduling; Graham, SIAM J.
+    Appl. Math. 17, 1969). Each stage comes after those it needs.
+    """
+    which = PRESETS.index(preset)
+
+    @cache
+    def path(place: int) -> float:
+        stage = stages[place]
+        made = {stage.result, *stage.also}
+        after = [path(i) for i, other in enumerate(stages) if made & {*other.needs}]
+        return stage.seconds[which] + max(after, default=0.0)
+
+    return [stages[i] for i in sorted(range(len(stages)), key=lambda i: -path(i))]

@@ -1,10 +1,10 @@
 """What a study is about, as every stage gets it: runs, roles, settings and folders."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from pydantic import TypeAdapter
 
@@ -99,3 +99,19 @@ class Plan:
     def load(cls, path: Path) -> "Plan":
         """Read PLAN.json."""
         return TypeAdapter(cls).validate_json(path.read_bytes())
+
+
+FILES: Final = ("calibration.json", "trial.json", "gradient.json", "sampling.json")
+"""What `muscle-bayes sbc`, `make trial` and the benchmarks of gradient and sampler write."""
+
+
+def available(folders: Iterable[Path], own: Path) -> tuple[Path, ...]:
+    """Such results in these folders and one below, but for the study's `own`."""
+    found = [
+        path
+        for folder in folders
+        for name in FILES
+        for path in (*folder.glob(name), *folder.glob(f"*/{name}"))
+        if path.parent != own
+    ]
+    return tuple(sorted(set(found)))

@@ -23,12 +23,6 @@ class Roles:
         return (*self.fixture, *self.muscle)
 
 
-def drives(run: Run) -> bool:
-    """Whether a muscle moves the run's rotor."""
-    sides = run.metadata.element_a, run.metadata.element_b
-    return any(element.kind == "muscle" for element in sides)
-
-
 def roles_of(runs: Sequence[Run], config: StudyConfig, where: str) -> Roles:
     """Runs without a muscle tell the fixture, staircases the muscle; other runs of a muscle are held out.
 
@@ -38,9 +32,9 @@ def roles_of(runs: Sequence[Run], config: StudyConfig, where: str) -> Roles:
     asked = (*(config.fixture or ()), *(config.muscle or ()), *(config.held_out or ()))
     _check(runs, (*asked, *config.until), asked, where)
     still = [run for run in runs if run.name not in asked]
-    own = [run.name for run in still if not drives(run)]
+    own = [run.name for run in still if not run.has_muscle]
     fixture = tuple(own) if config.fixture is None else config.fixture
-    moved = [run for run in still if drives(run)]
+    moved = [run for run in still if run.has_muscle]
     muscle, left = _muscle(moved, config)
     held = tuple(left) if config.held_out is None else config.held_out
     until = dict(config.until)
@@ -90,11 +84,11 @@ def _check(runs: Sequence[Run], named: Iterable[str], asked: Sequence[str], wher
 
 def _check_kinds(runs: Sequence[Run], roles: Roles, where: str) -> None:
     for run in runs:
-        if run.name in roles.fixture and drives(run):
+        if run.name in roles.fixture and run.has_muscle:
             raise MuscleBayesError(
                 f"{where}, key fixture: run {run.name!r} has a muscle. Fix: move it to `muscle`."
             )
-        if run.name in roles.muscle and not drives(run):
+        if run.name in roles.muscle and not run.has_muscle:
             raise MuscleBayesError(
                 f"{where}, key muscle: run {run.name!r} has no muscle. Fix: move it to `fixture`."
             )

@@ -10,7 +10,6 @@ from muscle_bayes.data import Run
 from muscle_bayes.physics.effects.own import own_sources
 from muscle_bayes.provenance import source_checksum
 from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.roles import drives
 
 FIT: Final = ("physics", "data", "inference")
 """Code that a posterior depends on."""
@@ -19,7 +18,7 @@ LIBRARIES: Final = (
 )  # fmt: skip
 DOCUMENT: Final = Path(__file__).parent / "document"
 """Folder of the report's template."""
-LOOK: Final = ("report/style.py", "report/bands.py", "study/steps/figures.py")
+LOOK: Final = ("report/style.py", "study/steps/figures.py")
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,7 @@ def _checks(plan: Plan, name: str, fit: str, runs: Sequence[str]) -> Stage:
 
 def _of_kind(plan: Plan, moved: bool) -> tuple[str, ...]:
     """Held-out runs with a muscle, or without."""
-    return tuple(run.name for run in plan.runs(plan.roles.held_out) if drives(run) == moved)
+    return tuple(run.name for run in plan.runs(plan.roles.held_out) if run.has_muscle == moved)
 
 
 def _fixture(plan: Plan) -> list[Stage | LeftOut]:
@@ -180,7 +179,7 @@ def _discovery(plan: Plan) -> list[Stage | LeftOut]:
         (50, 300),
         runs=roles.fitted,
         needs=(plan.result("effects"), *base),
-        code=(*FIT, "report/forest_figure.py", *LOOK, "study/published.py"),
+        code=(*FIT, "report/posterior_figures.py", *LOOK, "study/published.py"),
         settings={
             "friction": plan.config.friction,
             "published": [table.model_dump() for table in plan.published],
@@ -257,9 +256,8 @@ def _report(plan: Plan, stages: Sequence[Stage], left: Sequence[LeftOut]) -> Sta
         code=(
             "study/answers.py",
             "study/contents.py",
-            "study/numbers.py",
-            "study/tables.py",
-            "study/words.py",
+            "report/tables.py",
+            "report/words.py",
             "inference/posteriors/summary.py",
             "criticism/compare.py",
             "study/published.py",

@@ -25,7 +25,7 @@ from muscle_bayes.bench.boards.protocol import (
 )
 from muscle_bayes.bench.boards.transport import Transport, TransportError
 from muscle_bayes.bench.heat.heat_model import TubeModel
-from muscle_bayes.bench.sensors.sensor import Wiring
+from muscle_bayes.bench.sensors.catalogue import Wiring
 from muscle_bayes.errors import MuscleBayesError
 
 SILENCE_LIMIT: Final = 1.0

@@ -17,10 +17,6 @@ FULL_SCALE: Final = 1023
 ENCODER_BITS: Final = 16
 
 
-class CalibrationError(MuscleBayesError):
-    """Readings from which the potentiometer cannot be calibrated."""
-
-
 @dataclass(frozen=True)
 class Calibration:
     """theta = radians_per_count (reading - zero_reading); standard errors from repetition and rounding."""
@@ -82,29 +78,29 @@ def calibrate(
 
     With the endstops at theta_l and theta_u [rad] and mean readings l and u,
     radians_per_count = (theta_u - theta_l)/(u - l), zero_reading = l - theta_l/radians_per_count.
-    Raises CalibrationError.
+    Raises MuscleBayesError.
     """
     even, odd = tuple(readings[::2]), tuple(readings[1::2])
     lower, upper = (even, odd) if first == "lower" else (odd, even)
     if len(odd) < 2:
-        raise CalibrationError(
+        raise MuscleBayesError(
             f"{len(readings)} endstops were reached, 4 are needed. Fix: turn the rotor to and fro."
         )
     for name, side in (("lower", lower), ("upper", upper)):
         if min(side) <= AT_STOP or max(side) >= full_scale - AT_STOP:
-            raise CalibrationError(
+            raise MuscleBayesError(
                 f"the {name} endstop reads {mean(side):.0f}, an end of the converter's range. "
                 "Fix: turn the potentiometer on its shaft, or check its wiring."
             )
         if stdev(side) > MOST_SPREAD:
             told = ", ".join(f"{reading:g}" for reading in side)
-            raise CalibrationError(
+            raise MuscleBayesError(
                 f"the {name} endstop was read as {told} counts. Fix: turn the rotor against both "
                 "endstops each time and hold it there for a second."
             )
     span = mean(upper) - mean(lower)
     if abs(span) < TURN:
-        raise CalibrationError(f"the endstops lie {span:.0f} counts apart. Fix: check the shaft.")
+        raise MuscleBayesError(f"the endstops lie {span:.0f} counts apart. Fix: check the shaft.")
     scale = (stops[1] - stops[0]) / span
     # Rounding to whole counts is the same at every return, and so no repetition averages it out.
     errors = [sqrt(stdev(side) ** 2 / len(side) + 1 / 12) for side in (lower, upper)]

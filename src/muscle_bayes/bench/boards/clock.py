@@ -24,11 +24,9 @@ class Clock(Protocol):
 
     def now(self) -> float:
         """Seconds from any origin, never going back."""
-        ...
 
     def sleep(self, seconds: float) -> None:
         """Let that much time pass."""
-        ...
 
 
 class RealClock:

@@ -39,10 +39,6 @@ UNFIT: Final = _boards("unfit")
 """Boards with another processor."""
 
 
-class FlashError(MuscleBayesError):
-    """A board that was not loaded."""
-
-
 @dataclass(frozen=True)
 class UsbPort:
     """A port with what its USB descriptor says."""
@@ -68,7 +64,7 @@ def usb_ports() -> list[UsbPort]:
 
 
 def find_avrdude() -> Path:
-    """avrdude on the path, or that of an Arduino IDE. Raises FlashError."""
+    """avrdude on the path, or that of an Arduino IDE. Raises MuscleBayesError."""
     if (found := shutil.which("avrdude")) is not None:
         return Path(found)
     homes = [Path.home() / ".arduino15", Path.home() / "Library" / "Arduino15"]
@@ -79,7 +75,7 @@ def find_avrdude() -> Path:
         for path in sorted(home.glob(pattern), reverse=True):
             if path.stem == "avrdude" and path.suffix in ("", ".exe"):
                 return path
-    raise FlashError(
+    raise MuscleBayesError(
         "avrdude is missing. Fix: install it (Debian and Ubuntu: `apt install avrdude`; macOS: "
         "`brew install avrdude`; Windows: `winget install avrdude`), or the Arduino IDE, which "
         "brings it along."
@@ -87,22 +83,22 @@ def find_avrdude() -> Path:
 
 
 def check_program(path: Path = SHIPPED) -> str:
-    """What the shipped program is, in words. Raises FlashError where it is absent or damaged."""
+    """What the shipped program is, in words. Raises MuscleBayesError where it is absent or damaged."""
     about = path.with_suffix(".json")
     if not path.is_file() or not about.is_file():
-        raise FlashError(
+        raise MuscleBayesError(
             f"{path}: the program is missing. Fix: run `make -C firmware ship`, or give --hex."
         )
     told = json.loads(about.read_text(encoding="utf-8"))
     if sha256(path.read_bytes()).hexdigest() != told["program"]:
-        raise FlashError(f"{path}: damaged. Fix: install the package anew, or give --hex.")
+        raise MuscleBayesError(f"{path}: damaged. Fix: install the package anew, or give --hex.")
     return f"firmware {told['firmware']}, protocol {told['protocol']}"
 
 
 def refuse_unfit(port: UsbPort) -> str:
-    """Name of the board on a port, as far as USB tells. Raises FlashError where it cannot run it."""
+    """Name of the board on a port, as far as USB tells. Raises MuscleBayesError where it cannot run it."""
     if port.kind in UNFIT:
-        raise FlashError(
+        raise MuscleBayesError(
             f"{port.device}: an {UNFIT[port.kind]}; the firmware runs on an ATmega328P. Fix: use an "
             "Arduino Uno (up to R3), Duemilanove or Nano, or a clone of one."
         )
@@ -111,7 +107,7 @@ def refuse_unfit(port: UsbPort) -> str:
 
 
 def choose_port(ports: Sequence[UsbPort], wanted: str | None) -> UsbPort:
-    """The port that was named, or the only one that may be a board's. Raises FlashError."""
+    """The port that was named, or the only one that may be a board's. Raises MuscleBayesError."""
     if wanted is not None:
         return next((port for port in ports if port.device == wanted), UsbPort(wanted))
     possible = [port for port in ports if port.kind in FITS or port.kind in MAY_FIT]
@@ -120,7 +116,9 @@ def choose_port(ports: Sequence[UsbPort], wanted: str | None) -> UsbPort:
     for port in ports:
         refuse_unfit(port)
     seen = ", ".join(port.device for port in possible) or "none"
-    raise FlashError(f"boards that may be meant: {seen}. Fix: connect one and name it by --port.")
+    raise MuscleBayesError(
+        f"boards that may be meant: {seen}. Fix: connect one and name it by --port."
+    )
 
 
 def flash(
@@ -130,7 +128,7 @@ def flash(
     bauds: Sequence[int] = BAUDS,
     run: Run | None = None,
 ) -> int:
-    """Load a board through its boot loader; the baud rate that worked. Raises FlashError."""
+    """Load a board through its boot loader; the baud rate that worked. Raises MuscleBayesError."""
     refuse_unfit(port)
     said = ""
     for baud in bauds:
@@ -144,7 +142,7 @@ def flash(
         said = done.stdout + done.stderr
         if not _silent(said):
             break
-    raise FlashError(f"{port.device}: {_explained(said)}")
+    raise MuscleBayesError(f"{port.device}: {_explained(said)}")
 
 
 def _run(command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
@@ -153,7 +151,7 @@ def _run(command: Sequence[str]) -> "subprocess.CompletedProcess[str]":
     except subprocess.TimeoutExpired:
         return subprocess.CompletedProcess(command, 1, "", "not in sync: nothing answered")
     except OSError as error:
-        raise FlashError(
+        raise MuscleBayesError(
             f"{command[0]}: cannot be started: {error.strerror}. Fix: install avrdude anew."
         ) from None
 

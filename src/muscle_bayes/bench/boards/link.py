@@ -1,10 +1,13 @@
-"""A device that may go and come back."""
+"""A device that may go and come back, and the bench's devices together."""
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Final, Protocol
 
+from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import Clock
+from muscle_bayes.bench.meters.meter import MeterSource
 from muscle_bayes.errors import MuscleBayesError
 
 RETRY: Final = 1.0
@@ -16,7 +19,6 @@ class Closable(Protocol):
 
     def close(self) -> None:
         """Release the line; never raises."""
-        ...
 
 
 class Link[D: Closable]:
@@ -60,3 +62,27 @@ class Link[D: Closable]:
             with suppress(MuscleBayesError):
                 self.device.close()
         self.device = None
+
+
+@dataclass
+class Devices:
+    """Both boards and the meter, and the clock that they are read by."""
+
+    sensor: Link[Board]
+    heater: Link[Board]
+    meter: Link[MeterSource]
+    clock: Clock
+
+    def open(self) -> None:
+        """Open all. Raises MuscleBayesError; nothing stays open then."""
+        try:
+            for link in (self.heater, self.sensor, self.meter):
+                link.open()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Never raises."""
+        for link in (self.heater, self.sensor, self.meter):
+            link.close()

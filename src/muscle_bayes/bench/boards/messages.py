@@ -21,10 +21,6 @@ AVERAGED: Final = 8
 """Conversions whose sum a sample tells: a count is that many."""
 
 
-class ProtocolError(MuscleBayesError):
-    """A command that the protocol does not know, or whose arguments it cannot carry."""
-
-
 class Fault(IntFlag):
     """Latched faults; any of them keeps the heaters off until CLEAR."""
 
@@ -85,11 +81,11 @@ class Field:
         return int(text)
 
     def write(self, value: int | None) -> str:
-        """Word for a value. Raises ProtocolError."""
+        """Word for a value. Raises MuscleBayesError."""
         if value is None and self.optional:
             return NO_READING
         if value is None or not self.low <= value <= self.high:
-            raise ProtocolError(
+            raise MuscleBayesError(
                 f"{self.name} is {value}. Fix: {self.low} to {self.high} ({self.meaning})."
             )
         return str(int(value))
@@ -123,12 +119,12 @@ class Table:
     notices: tuple[Notice, ...]
 
     def command(self, verb: str) -> Command:
-        """Raises ProtocolError where the verb is unknown."""
+        """Raises MuscleBayesError where the verb is unknown."""
         for command in self.commands:
             if command.verb == verb:
                 return command
         known = ", ".join(c.verb for c in self.commands)
-        raise ProtocolError(f"{verb!r} is no command. Fix: one of {known}.")
+        raise MuscleBayesError(f"{verb!r} is no command. Fix: one of {known}.")
 
 
 def _read() -> dict[str, Any]:

@@ -7,8 +7,7 @@ from typing import Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.clock import Clock, RealClock
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.boards.messages import Role
 from muscle_bayes.bench.boards.transport import (
     SerialTransport,
@@ -16,8 +15,16 @@ from muscle_bayes.bench.boards.transport import (
     board_transport,
 )
 from muscle_bayes.bench.meters.board_meter import BoardMeter
-from muscle_bayes.bench.meters.kinds import FIRST, OpenMeter, kinds, open_tmd56, split
-from muscle_bayes.bench.meters.meter import MeterError, MeterSource, first_reading
+from muscle_bayes.bench.meters.meter import (
+    FIRST,
+    MeterError,
+    MeterSource,
+    OpenMeter,
+    first_reading,
+    kinds,
+    open_tmd56,
+    split,
+)
 from muscle_bayes.bench.sensors.catalogue import thermometer_of
 from muscle_bayes.errors import MuscleBayesError
 
@@ -28,10 +35,6 @@ BOARD: Final = "board"
 """In place of a meter's URL: the heater board's own thermometers."""
 
 _NAMES: Final = {Role.SENSOR: "sensor board", Role.HEATER: "heater board"}
-
-
-class PortError(MuscleBayesError):
-    """A device that was not found, or found twice."""
 
 
 def serial_ports() -> list[str]:
@@ -82,7 +85,7 @@ class PortFinder:
         return self.meter == BOARD or (self.meter is None and own)
 
     def board(self, role: Role) -> Board:
-        """The board of a role, opened. Raises PortError, or BoardError of the one port given."""
+        """The board of a role, opened. Raises MuscleBayesError, or BoardError of the one port given."""
         name = _NAMES[role]
         if role in self._spare:
             self.in_use[name], board = self._spare.pop(role)
@@ -107,14 +110,14 @@ class PortFinder:
                 board.close()
             else:
                 self._spare[met] = (url, board)
-        raise PortError(
+        raise MuscleBayesError(
             f"no {name} was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
             "board and load the firmware, or give --port. Only a heater board has pin 4 tied to "
             f"GND.{self.otherwise}"
         )
 
     def find_meter(self) -> MeterSource:
-        """The meter, opened and polled by its thread. Raises PortError."""
+        """The meter, opened and polled by its thread. Raises MuscleBayesError."""
         kind, given = FIRST, tuple[str, ...]()
         if self.meter is not None:
             kind, url = split(self.meter)
@@ -135,7 +138,7 @@ class PortFinder:
                 continue
             self.in_use["meter"] = url
             return meter
-        raise PortError(
+        raise MuscleBayesError(
             f"no meter was found ({'; '.join(tried) or 'there is no port'}). Fix: connect the "
             "TMD-56 and switch on its link, or give --meter. A heater board with thermometers of "
             f"its own needs none (`muscle-bayes sensors`).{self.otherwise}"

@@ -15,10 +15,10 @@ from muscle_bayes.bench.boards.messages import (
     Fault,
     Field,
     Notice,
-    ProtocolError,
     ResetCause,
     Role,
 )
+from muscle_bayes.errors import MuscleBayesError
 
 FRAME_MAX: Final = 80
 """Longest frame, without its LF."""
@@ -123,22 +123,22 @@ def frame(text: str) -> bytes:
 
 
 def encode(sequence: int, verb: str, *arguments: int | None) -> bytes:
-    """A command's frame. Raises ProtocolError where the board would not understand it."""
+    """A command's frame. Raises MuscleBayesError where the board would not understand it."""
     command = MESSAGES.command(verb)
     if len(arguments) != len(command.arguments):
         names = " ".join(field.name for field in command.arguments) or "nothing"
-        raise ProtocolError(f"{verb} got {len(arguments)} arguments. Fix: it takes {names}.")
+        raise MuscleBayesError(f"{verb} got {len(arguments)} arguments. Fix: it takes {names}.")
     words = [SEQUENCE.write(sequence), verb]
     words += [field.write(value) for field, value in zip(command.arguments, arguments, strict=True)]
     return frame(">" + " ".join(words))
 
 
 def read_answer(verb: str, reply: Reply) -> tuple[int | str | None, ...]:
-    """Values behind a command's OK, in the order of the table. Raises ProtocolError."""
+    """Values behind a command's OK, in the order of the table. Raises MuscleBayesError."""
     try:
         return _values(MESSAGES.command(verb).answer, reply.words)
     except ValueError as error:
-        raise ProtocolError(
+        raise MuscleBayesError(
             f"the board's answer to {verb} is {' '.join(reply.words)!r}: {error}. "
             f"Fix: load the firmware of this version (protocol {VERSION})."
         ) from None

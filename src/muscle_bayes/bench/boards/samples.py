@@ -2,15 +2,45 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Final
+
+import numpy as np
 
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import BoardClock, Clock
 from muscle_bayes.bench.boards.messages import AVERAGED
 from muscle_bayes.bench.boards.protocol import Boot, ChecksumReport, Garbled, Sample
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
-from muscle_bayes.bench.recording.statistics import Histogram
 from muscle_bayes.errors import MuscleBayesError
+
+_BINS_PER_MS = 10
+_MOST_MS = 1000
+
+
+class Histogram:
+    """Times [s] counted in steps of 0.1 ms up to 1 s; quantiles are exact to the step."""
+
+    def __init__(self) -> None:
+        self._smallest, self._largest = inf, -inf
+        self._bins = np.zeros(_BINS_PER_MS * _MOST_MS + 1, dtype=int)
+
+    def add(self, seconds: float) -> None:
+        """Count one."""
+        self._smallest, self._largest = min(self._smallest, seconds), max(self._largest, seconds)
+        self._bins[min(max(round(seconds * 1e3 * _BINS_PER_MS), 0), self._bins.size - 1)] += 1
+
+    def summary(self) -> dict[str, float]:
+        """Smallest, median, 95 and 99.9 % quantiles and largest, ms; empty where none was counted."""
+        below = np.cumsum(self._bins)
+        if below[-1] == 0:
+            return {}
+        shares = np.array([0.5, 0.95, 0.999])
+        quantiles = np.searchsorted(below, shares * below[-1]) / _BINS_PER_MS
+        names = ("min", "median", "p95", "p999", "max")
+        told = (1e3 * self._smallest, *quantiles.tolist(), 1e3 * self._largest)
+        return dict(zip(names, told, strict=True))
+
 
 SILENT_AFTER: Final = 1.0
 """Age of the newest sample at which the stream counts as stalled, s, or five periods."""
@@ -46,10 +76,6 @@ class StreamCounts:
     """times that the stream had to be asked for again"""
 
 
-class EncoderError(MuscleBayesError):
-    """An encoder's counter began anew, and with it its zero."""
-
-
 class SampleStream:
     """Samples of a board. Nothing is filled in: what is missing is counted and told."""
 
@@ -71,10 +97,10 @@ class SampleStream:
         self._boot: int | None = None
 
     def start(self, board: Board) -> None:
-        """Ask a board for the stream, a clock anew. Raises BoardError, EncoderError."""
+        """Ask a board for the stream, a clock anew. Raises BoardError, MuscleBayesError."""
         before, self._boot = self._boot, None if board.identity is None else board.identity.boot
         if self.encoder and before is not None and before != self._boot:
-            raise EncoderError(
+            raise MuscleBayesError(
                 "the sensor board was reset, and its encoder has lost its zero. Fix: look for the "
                 "cause, then `muscle-bayes calibrate` and record anew"
             )

@@ -27,15 +27,12 @@ class Transport(Protocol):
 
     def read(self, max_bytes: int) -> bytes:
         """At most that many bytes. Raises TransportError where the line is gone."""
-        ...
 
     def write(self, data: bytes) -> None:
         """Send all of `data`. Raises TransportError where the line is gone."""
-        ...
 
     def close(self) -> None:
         """Release the line; never raises."""
-        ...
 
 
 class SerialTransport:

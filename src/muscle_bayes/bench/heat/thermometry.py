@@ -5,6 +5,9 @@ from enum import StrEnum
 from math import inf
 from typing import Final
 
+from muscle_bayes.bench.meters.meter import Reading
+from muscle_bayes.errors import MuscleBayesError
+
 ANSWERED_WITHIN: Final = 0.42
 """Age of the meter's answer from which heat waits for the next, s; it measures every 0.4 s or so."""
 UNPROVEN: Final = 400.0
@@ -123,3 +126,29 @@ class Watch:
         if self.verdict is Verdict.GOOD and self._waited > STUCK_AFTER:
             self.verdict = Verdict.STUCK
         return self.verdict
+
+
+NEAR: Final = 10.0
+"""A cold tube shows its room's temperature to within this, C; rooms are seldom known better."""
+_NEAR_IN_FAHRENHEIT: Final = 6.0
+
+
+def far_from_room(reading: Reading, room: float) -> str:
+    """What the operator has to confirm before heat is given to tubes in a room [C]; empty if nothing.
+
+    Raises MuscleBayesError where the meter shows Fahrenheit.
+    """
+    shown = {
+        name: value
+        for name, value in zip(("T1", "T2"), reading.temperatures, strict=True)
+        if value is not None
+    }
+    if all(abs(value - room) <= NEAR for value in shown.values()):
+        return ""
+    told = " and ".join(f"{name} {value:.1f}" for name, value in shown.items())
+    if all(abs((value - 32.0) / 1.8 - room) <= _NEAR_IN_FAHRENHEIT for value in shown.values()):
+        raise MuscleBayesError(
+            f"the meter shows {told}: that is a room of {room:g} C in Fahrenheit. Fix: set the "
+            "meter to C. If the tubes really are that warm, wait until they have cooled."
+        )
+    return f"The meter shows {told} C, and the room has {room:g} C"

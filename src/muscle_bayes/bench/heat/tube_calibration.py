@@ -10,8 +10,8 @@ from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.heat.heat_model import LEAST, MOST, TubeModel
-from muscle_bayes.bench.heat.room import far_from_room
-from muscle_bayes.bench.meters.meter import MeterError, MeterSource, first_reading
+from muscle_bayes.bench.heat.thermometry import far_from_room
+from muscle_bayes.bench.meters.meter import MeterSource, first_reading
 from muscle_bayes.errors import MuscleBayesError
 
 DUTY: Final = 100
@@ -33,10 +33,6 @@ MOST_WARMTH: Final = 12.0
 MOST_SHOWN: Final = 80.0
 """Reading at which the pulse ends early, C."""
 _PERIOD: Final = 0.05
-
-
-class TubeCalibrationError(MuscleBayesError):
-    """A tube that could not be calibrated; its heater is off."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +68,17 @@ def record_pulse(board: Board, meter: MeterSource, clock: Clock, channel: int) -
         meter.poll()
         board.poll()
         if board.faults:
-            raise TubeCalibrationError(
+            raise MuscleBayesError(
                 f"the heater board has switched off: {explain(board.faults)}. Fix: look for the "
                 "cause; press its reset button before the next try."
             )
         reading = meter.latest
         if reading is None or clock.now() - reading.time > 1.5:
-            raise TubeCalibrationError("the meter answers no more. Fix: check it and its cable.")
+            raise MuscleBayesError("the meter answers no more. Fix: check it and its cable.")
         temperatures = reading.temperatures
         shown, other = temperatures[channel], temperatures[1 - channel]
         if shown is None:
-            raise TubeCalibrationError(
+            raise MuscleBayesError(
                 f"thermocouple {'AB'[channel]} shows OL. Fix: plug it in, or leave this tube out."
             )
         pulse_over = pulse_over or time >= STILL + PULSE or shown > MOST_SHOWN
@@ -97,17 +93,17 @@ def record_pulse(board: Board, meter: MeterSource, clock: Clock, channel: int) -
 
 
 def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
-    """Gain, cooling, room, delay and first warmth by least squares. Raises TubeCalibrationError."""
+    """Gain, cooling, room, delay and first warmth by least squares. Raises MuscleBayesError."""
     start = pulse.shown[pulse.time < STILL].mean()
     rise = float(pulse.shown.max() - start)
     if rise < LEAST_RISE:
-        raise TubeCalibrationError(
+        raise MuscleBayesError(
             f"thermocouple {name} rose by {rise:.1f} C in {PULSE:g} s of heat. Fix: put it into "
             "its tube, and check heater, 12 V and transistor."
         )
     beside = pulse.other - pulse.other[0]
     if np.isfinite(beside).any() and np.nanmax(beside) > MOST_CROSSTALK * rise:
-        raise TubeCalibrationError(
+        raise MuscleBayesError(
             f"heater {name} warms the other thermocouple, too, by {np.nanmax(beside):.1f} C. Fix: "
             "put each thermocouple into its own tube, A to T1 and B to T2."
         )
@@ -134,12 +130,12 @@ def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
     misfit = float(np.sqrt(np.mean(found.fun**2)))
     tube = TubeModel.of(rate, cooling)
     if misfit > MOST_MISFIT:
-        raise TubeCalibrationError(
+        raise MuscleBayesError(
             f"the readings of thermocouple {name} depart from heating and cooling by {misfit:.1f} "
             "C. Fix: keep draughts away, let the tube cool, and try again."
         )
     if not tube.plausible:
-        raise TubeCalibrationError(
+        raise MuscleBayesError(
             f"tube {name}: {rate:.2f} C/s at full power and {cooling:.0f} s of cooling are beyond "
             f"{LEAST.rate:g} to {MOST.rate:g} C/s or {LEAST.cooling_time:g} to "
             f"{MOST.cooling_time:g} s. Fix: check that the thermocouple sits in the tube; a heater "
@@ -155,16 +151,14 @@ def calibrate_tube(
     name = "AB"[channel]
     reading = first_reading(meter, clock, 10.0)
     if question := far_from_room(reading, room):
-        raise TubeCalibrationError(f"{question}. Fix: let the tubes cool, or correct --room.")
+        raise MuscleBayesError(f"{question}. Fix: let the tubes cool, or correct --room.")
     try:
         pulse = record_pulse(board, meter, clock, channel)
-    except MeterError as error:
-        raise TubeCalibrationError(str(error)) from None
     finally:
         board.off()
     fit = fit_pulse(pulse, name)
     board.calibrate_tube(channel, fit.tube)
     stored = board.tubes()[channel]
     if stored != fit.tube:
-        raise TubeCalibrationError(f"the board has stored {stored}. Fix: try again.")
+        raise MuscleBayesError(f"the board has stored {stored}. Fix: try again.")
     return fit

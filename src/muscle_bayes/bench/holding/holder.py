@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import cycle
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
@@ -10,12 +9,13 @@ from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
-from muscle_bayes.bench.heat.room import RoomError, far_from_room
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import MeterSource, first_reading
 from muscle_bayes.bench.recording.guard import RecordingError
-from muscle_bayes.bench.recording.recorder import FIRST_READING, POLLS, Outcome
+from muscle_bayes.bench.recording.log_row import AIM
+from muscle_bayes.bench.recording.loop import FIRST_READING, RecordingLoop
 from muscle_bayes.bench.recording.rows import RowWriter
-from muscle_bayes.bench.recording.run_file import AIM, RunFile
+from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.errors import MuscleBayesError
 
 TOLD_EVERY: Final = 0.1
@@ -26,8 +26,8 @@ Aim = Callable[[float], float]
 """Angle that is wanted [rad] at a time [s] after the first row."""
 
 
-class Holder:
-    """Holds or tracks on an open heater board with a meter; whatever ends it, the heaters go off first.
+class Holder(RecordingLoop):
+    """Holds or tracks on an open heater board with a meter.
 
     The potentiometer is on the heater board, which streams it: no sensor board is needed.
     """
@@ -48,7 +48,8 @@ class Holder:
 
         Raises MuscleBayesError where the metadata state no potentiometer.
         """
-        self._board, self._meter, self._clock, self._file = board, meter, clock, file
+        super().__init__(clock, file)
+        self._board, self._meter = board, meter
         self._aim, self._duration, self._progress = aim, duration, progress
         sensor = file.metadata.potentiometer
         if sensor is None or sensor.zero_reading is None or sensor.radians_per_count is None:
@@ -77,40 +78,13 @@ class Holder:
             )
         return reading
 
-    def run(self) -> Outcome:
-        """Hold until the time is over. Raises RecordingError; the rows so far are kept."""
-        reason, complete = "interrupted", False
-        failure: MuscleBayesError | None = None
-        try:
-            self._start()
-            pauses = cycle(POLLS)
-            while self._rows.time < self._duration:
-                self._turn()
-                self._clock.sleep(next(pauses))
-            reason, complete = "the time is over", True
-        except MuscleBayesError as error:
-            failure, reason = error, str(error).rstrip(".")
-        finally:
-            for verb, arguments in (("OFF", ()), ("STREAM", (0,))):
-                with suppress(MuscleBayesError):
-                    self._board.request(verb, *arguments, timeout=0.5)
-            with suppress(MuscleBayesError):
-                self._tell("end", complete=complete, reason=reason, **self._stream.figures())
-                if (lag := self._rows.meter_lag.mean) is not None:
-                    self._file.tell_delay(lag)
-            self._file.close()
-        if failure is not None:
-            raise RecordingError(f"{self._file.name}: {reason}. {self._rows.rows} rows are kept")
-        rows = self._rows
-        return Outcome(
-            self._file.name, rows.rows, rows.time, complete, reason, self._stream.figures()
-        )
-
     def _start(self) -> None:
         board, clock = self._board, self._clock
         reading = first_reading(self._meter, clock, FIRST_READING)
         if question := far_from_room(reading, self._room):
-            raise RoomError(f"{question}. Fix: wait until the tubes are cold, or correct the room")
+            raise MuscleBayesError(
+                f"{question}. Fix: wait until the tubes are cold, or correct the room"
+            )
         self._heating.take(reading)
         self._heating.begin(clock.now())
         tubes = board.tubes()
@@ -137,13 +111,27 @@ class Holder:
         self._stream.start(board)
         self._next = clock.now()
 
-    def _turn(self) -> None:
+    def _heaters_off(self) -> bool:
+        off = self._request("OFF")
+        self._request("STREAM", 0)
+        return off
+
+    def _request(self, verb: str, *arguments: int) -> bool:
+        """Whether the board has answered."""
+        with suppress(MuscleBayesError):
+            self._board.request(verb, *arguments, timeout=0.5)
+            return True
+        return False
+
+    def _turn(self) -> str:
         for sample in self._stream.poll(self._board):
             self._rows.write(sample, ())
         self._meter.poll()
         now = self._clock.now()
+        if self._rows.time >= self._duration:
+            return "the time is over"
         if now < self._next:
-            return
+            return ""
         self._next = now + TOLD_EVERY
         if self._board.faults:
             raise RecordingError(
@@ -156,6 +144,7 @@ class Holder:
         wanted = self.counts(self._aim(self._rows.log_time(now)))
         self._board.command_hold(wanted, *self._heating.temperatures)
         self._progress(self._rows.time)
+        return ""
 
     def _judge(self, now: float) -> None:
         """What the host makes of the meter and of the heat that the board says it gives."""
@@ -175,7 +164,5 @@ class Holder:
     def _wanted(self, sample: TimedSample) -> float:
         return self.counts(self._aim(self._rows.log_time(sample.time)))
 
-    def _tell(self, kind: str, **facts: Any) -> None:
-        origin = self._rows.origin if hasattr(self, "_rows") else None
-        time = None if origin is None else round(self._clock.now() - origin, 3)
-        self._file.event(kind, time=time, **facts)
+    def _figures(self) -> dict[str, Any]:
+        return self._stream.figures()

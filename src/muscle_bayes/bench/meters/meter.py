@@ -2,13 +2,14 @@
 
 import struct
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from typing import Final, Protocol
 
 from muscle_bayes.bench.boards.clock import Clock
-from muscle_bayes.bench.boards.transport import Transport, TransportError
+from muscle_bayes.bench.boards.transport import Transport, TransportError, meter_transport
 from muscle_bayes.errors import MuscleBayesError
 
 REQUEST: Final = b"#0A0000NA2\r\n"
@@ -90,25 +91,20 @@ class MeterSource(Protocol):
     @property
     def latest(self) -> Reading | None:
         """The newest reading. Raises MeterError where the line is gone."""
-        ...
 
     @property
     def garbled(self) -> int:
         """Answers that were no answers, since the start."""
-        ...
 
     @property
     def moved_within(self) -> float:
         """s of hard heating, pauses left out, after which its digits must have changed."""
-        ...
 
     def poll(self) -> None:
         """Do what is due, without waiting."""
-        ...
 
     def close(self) -> None:
         """Release the line; never raises."""
-        ...
 
 
 class Meter:
@@ -227,3 +223,35 @@ def first_reading(meter: MeterSource, clock: Clock, timeout: float) -> Reading:
         meter.poll()
         clock.sleep(0.01)
     return latest
+
+
+GROUP: Final = "muscle_bayes.meters"
+"""Entry points of installed packages that open a meter: `open(url, clock) -> MeterSource`."""
+FIRST: Final = "tmd-56"
+
+OpenMeter = Callable[[str, Clock], MeterSource]
+"""Opens a meter on a URL, to be read by a host's clock. Raises MuscleBayesError."""
+
+
+def open_tmd56(url: str, clock: Clock) -> MeterSource:
+    """The TMD-56, polled by a thread of its own."""
+    return ThreadedMeter(Meter(meter_transport(url), clock))
+
+
+def kinds() -> dict[str, OpenMeter]:
+    """Every kind by its name."""
+    return {FIRST: open_tmd56, **{one.name: one.load() for one in entry_points(group=GROUP)}}
+
+
+def split(meter: str) -> tuple[str, str]:
+    """Kind and URL of what a user gives: `KIND:URL`, or the URL of a TMD-56.
+
+    Raises MuscleBayesError where a kind is named without a URL.
+    """
+    known = kinds()
+    kind, colon, url = meter.partition(":")
+    if kind not in known:
+        return FIRST, meter
+    if not colon or not url:
+        raise MuscleBayesError(f"--meter {meter}: no port. Fix: --meter {kind}:PORT.")
+    return kind, url

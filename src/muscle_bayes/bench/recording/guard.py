@@ -7,8 +7,7 @@ taken up again; what a person has to look at ends the run.
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.boards.messages import Fault, explain
 from muscle_bayes.bench.boards.protocol import Boot
 from muscle_bayes.bench.boards.samples import SampleStream, Tell, TimedSample

@@ -22,15 +22,12 @@ class Operator(Protocol):
 
     def ask(self, load: float, pour_time: float) -> None:
         """Ask for a load [kg], to hang or, over a time [s], to be poured from the key on."""
-        ...
 
     def poll(self) -> str | None:
         """ "go" at any key, "stop" at q, None if nothing was pressed. Never waits."""
-        ...
 
     def close(self) -> None:
         """Give the keyboard back; never raises."""
-        ...
 
 
 class Keyboard:

@@ -1,80 +1,38 @@
 """The loop that records one run: samples to rows, temperatures to duties, stages to setpoints."""
 
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass, field
-from itertools import cycle
 from math import isfinite
 from typing import Any, Final, Literal
 
 from muscle_bayes.bench.boards.board import HeaterState
-from muscle_bayes.bench.boards.devices import Devices
+from muscle_bayes.bench.boards.link import Devices
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
 from muscle_bayes.bench.heat.heating import Heating
 from muscle_bayes.bench.heat.temperature_control import PERIOD
 from muscle_bayes.bench.meters.meter import first_reading
 from muscle_bayes.bench.recording.guard import Guard, RecordingError
+from muscle_bayes.bench.recording.log_row import LOAD, SECOND
+from muscle_bayes.bench.recording.loop import FIRST_READING, RecordingLoop, StoppedError
 from muscle_bayes.bench.recording.operator import Operator
 from muscle_bayes.bench.recording.rows import RowWriter
-from muscle_bayes.bench.recording.run_file import LOAD, SECOND, RunFile
-from muscle_bayes.bench.recording.status import NoView, Status, View
+from muscle_bayes.bench.recording.run_file import RunFile
+from muscle_bayes.bench.recording.status import Status, View
 from muscle_bayes.bench.recording.weigher import Weigher
-from muscle_bayes.bench.sequences.course import Course, describe
-from muscle_bayes.bench.sequences.sequence import Limits, LoadCell, RunPlan, Stop
-from muscle_bayes.bench.sequences.stop import StopWatch
+from muscle_bayes.bench.sequences.course import Course, StopWatch, describe
+from muscle_bayes.bench.sequences.sequence import LoadCell, RunPlan, Sequence
 from muscle_bayes.data.sensor import sensor_of
-from muscle_bayes.errors import MuscleBayesError
 
-POLLS: Final = (0.003, 0.005, 0.007, 0.004, 0.006, 0.004)
-"""s between looks at the lines, by turns: at an even pace all samples might come as late as each
-other, and none would tell the board's clock. 29 ms in all: whatever the stream's period, looks fall on
-every millisecond of it sooner or later."""
 SHOWN_EVERY: Final = 0.25
 FIGURES_EVERY: Final = 60.0
 MOST_ASTRAY, LEAST_ASTRAY = 0.05, 0.005
 """Share of a load, and kg, by which the load cell may differ from what was asked for, untold."""
 UNCALIBRATED_RISE: Final = 12.0
 """Highest setpoint above the room for a heater that is not calibrated, C."""
-FIRST_READING: Final = 10.0
-"""s that the meter has for its first reading."""
-_HEATERS: Final = {
-    True: "Heaters are off;",
-    False: "The heater board does not answer: it switches its heaters off by itself within 0.5 s;",
-}
 
 
-class StoppedError(RecordingError):
-    """The operator stopped the recording."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a run went."""
-
-    name: str
-    rows: int
-    duration: float
-    """s between first and last row"""
-    complete: bool
-    reason: str
-    figures: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a run is recorded."""
-
-    limits: Limits = field(default_factory=Limits)
-    stop: Stop = field(default_factory=Stop)
-    period: float = 0.03
-    """s between rows"""
-    wall_time: Callable[[], float] | None = None
-    """Unix time, None where time is virtual"""
-
-
-class Recorder:
-    """Records one run on open devices; whatever ends it, the heaters go off first."""
+class Recorder(RecordingLoop):
+    """Records one run of a sequence: samples to rows, temperatures to duties, stages to setpoints."""
 
     def __init__(
         self,
@@ -82,60 +40,36 @@ class Recorder:
         plan: RunPlan,
         file: RunFile,
         operator: Operator,
-        settings: Settings | None = None,
-        view: View | None = None,
+        sequence: Sequence,
+        view: View,
         load_cell: LoadCell | None = None,
+        wall_time: Callable[[], float] | None = None,
     ) -> None:
-        self._settings = settings = settings or Settings()
+        """`wall_time` gives Unix time, None where time is virtual."""
+        super().__init__(devices.clock, file)
+        self._limits, period = sequence.limits, sequence.log_period
         self._devices = devices
         self._plan = plan
-        self._clock = devices.clock
-        self._file = file
         self._operator = operator
-        self._view = view or NoView()
-        self._begun = self._clock.now()
+        self._view = view
+        self._wall_time = wall_time
         room = file.metadata.fixture.room_temperature
         self._heating = Heating(
             (_needs(plan, file, "a"), _needs(plan, file, "b")),
             room=room,
-            max_duty=settings.limits.max_duty,
+            max_duty=self._limits.max_duty,
         )
-        self._stream = SampleStream(self._clock, settings.period, self._tell)
-        self._guard = Guard(devices, self._stream, self._heating, settings.limits, self._tell, room)
-        self._course = Course(plan, stage_timeout=settings.limits.stage_timeout)
+        self._stream = SampleStream(self._clock, period, self._tell)
+        self._guard = Guard(devices, self._stream, self._heating, self._limits, self._tell, room)
+        self._course = Course(plan, stage_timeout=self._limits.stage_timeout)
         self._sensor = sensor_of(file.metadata, [0])
-        self._stop = StopWatch(settings.stop, self._sensor)
+        self._stop = StopWatch(sequence.stop, self._sensor)
         self._weigher = None if load_cell is None else Weigher(load_cell, self._weighed)
         self._rows = RowWriter(
-            file, self._heating, settings.period, self._tell, self._heater_state, self._weigh
+            file, self._heating, period, self._tell, self._heater_state, self._weigh
         )
         self._asked_since = 0.0
         self._next_control = self._next_shown = self._next_figures = 0.0
-
-    def run(self) -> Outcome:
-        """Record until the stages, a stop condition, the operator or a fault end it.
-
-        Raises RecordingError (StoppedError where the operator ended it); the rows so far are kept.
-        """
-        reason, complete = "interrupted", False
-        failure: MuscleBayesError | None = None
-        try:
-            self._start()
-            pauses = cycle(POLLS)
-            while not (over := self._turn()):
-                self._clock.sleep(next(pauses))
-            reason, complete = over, True
-        except MuscleBayesError as error:
-            failure, reason = error, str(error).rstrip(".")
-        finally:
-            off = self._guard.heaters_off()
-            self._end(complete, reason)
-        if failure is not None:
-            kind = StoppedError if isinstance(failure, StoppedError) else RecordingError
-            raise kind(f"{self._file.name}: {reason}. {_HEATERS[off]} {self._kept()}")
-        return Outcome(
-            self._file.name, self._rows.rows, self._rows.time, complete, reason, self._figures()
-        )
 
     @property
     def load(self) -> float:
@@ -152,13 +86,12 @@ class Recorder:
         self._read_wiring()
         self._guard.start()
         self._refuse_uncalibrated()
-        wall_time = self._settings.wall_time
         self._tell(
             "start",
             stages=self._course.total,
-            unix_time=None if wall_time is None else round(wall_time(), 3),
+            unix_time=None if self._wall_time is None else round(self._wall_time(), 3),
             **{
-                link.name: _plain(vars(link.device.identity))
+                link.name: vars(link.device.identity)
                 for link in (self._devices.sensor, self._devices.heater)
                 if link.device is not None and link.device.identity is not None
             },
@@ -212,13 +145,8 @@ class Recorder:
         """A board that does not know its tubes lets them get little warmer than the room."""
         room = self._file.metadata.fixture.room_temperature
         for channel in self._heating.channels:
-            highest = max(
-                (
-                    getattr(stage, f"setpoint_{channel.side}") or 0.0
-                    for stage in self._plan.once_through()
-                ),
-                default=0.0,
-            )
+            key = f"setpoint_{channel.side}"
+            highest = max(getattr(stage, key) or 0.0 for stage in self._plan.once_through())
             if channel.model.model is None and highest > room + UNCALIBRATED_RISE:
                 raise RecordingError(
                     f"heater {channel.side.upper()} is not calibrated, and {highest:g} C is more "
@@ -258,7 +186,7 @@ class Recorder:
         if self._guard.look(now):
             self._course.restart(now)
             self._heating.off()
-        limit = self._settings.limits.operator_timeout
+        limit = self._limits.operator_timeout
         alone = self._course.waiting and now - self._asked_since > limit
         off = bool(self._guard.troubles) or alone
         self._guard.command(self._heating.step(now, hold_off=off))
@@ -303,19 +231,10 @@ class Recorder:
             self._operator.ask(stage.load, stage.pour_time)
         return ""
 
-    def _end(self, complete: bool, reason: str) -> None:
-        with suppress(MuscleBayesError):  # on a full disk nothing more can be said
-            self._tell("end", complete=complete, reason=reason, **self._figures())
-            if told := self._summary(complete, reason):
-                self._file.note(f"Recording: {'; '.join(told)}.")
-            self._tell_delay()
-        self._file.close()
+    def _heaters_off(self) -> bool:
+        return self._guard.heaters_off()
 
-    def _tell_delay(self) -> None:
-        if (lag := self._rows.meter_lag.mean) is not None:
-            self._file.tell_delay(lag)
-
-    def _summary(self, complete: bool, reason: str) -> list[str]:
+    def _close_notes(self, complete: bool, reason: str) -> None:
         counts, rows = self._stream.counts, self._rows
         told = [] if complete else [f"ended early: {reason}"]
         if rows.gaps:
@@ -327,12 +246,8 @@ class Recorder:
         ):
             if number:
                 told.append(f"{number} {what}")
-        return told
-
-    def _kept(self) -> str:
-        if self._file.rows == 0:
-            return "no row was recorded."
-        return f"{self._file.rows} rows are kept in {self._file.path}."
+        if told:
+            self._file.note(f"Recording: {'; '.join(told)}.")
 
     def _figures(self) -> dict[str, Any]:
         meter = self._devices.meter.device
@@ -344,12 +259,6 @@ class Recorder:
             "meter_garbled": None if meter is None else meter.garbled,
             **self._stream.figures(),
         }
-
-    def _tell(self, kind: str, **facts: Any) -> None:
-        now = self._clock.now()
-        origin = self._rows.origin
-        time = None if origin is None else round(now - origin, 3)
-        self._file.event(kind, time=time, clock=round(now - self._begun, 3), **facts)
 
     def _time_to_go(self, now: float) -> float:
         """Rough s until the end."""
@@ -384,9 +293,3 @@ def _needs(plan: RunPlan, file: RunFile, side: Literal["a", "b"]) -> bool:
     """Whether a run cannot do without a side's thermocouple."""
     element = getattr(file.metadata, f"element_{side}")
     return plan.heats(side) or element.kind == "muscle"
-
-
-def _plain(facts: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: int(value) if isinstance(value, int) else str(value) for key, value in facts.items()
-    }

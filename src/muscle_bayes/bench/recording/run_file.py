@@ -2,25 +2,20 @@
 
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.messages import AVERAGED
-from muscle_bayes.data import HEADER, HEATER_HEADER, Load, Metadata, Thermometer
+from muscle_bayes.bench.recording.log_row import LOG_HEADER, TIME_DECIMALS, Row, format_row
+from muscle_bayes.data import Load, Metadata, Thermometer
 from muscle_bayes.data.events import EVENTS_SUFFIX
 from muscle_bayes.data.events import read_events as read_events
 from muscle_bayes.data.writer import to_toml
 from muscle_bayes.errors import MuscleBayesError
 
-LOG_HEADER: Final = (*HEADER, *HEATER_HEADER)
-SECOND, LOAD, AIM = "Reading 2", "Load", "Wanted reading"
-"""Columns of a second potentiometer [counts] and of a load cell [kg], where there is one, and of the
-reading that the board is told to hold [counts]."""
-TIME_DECIMALS: Final = 3
 POUR_STEP: Final = 0.05
 """s between the steps by which a pour is told: short against a rotor's swings. Steps as long as these
 would jolt a simulated rotor, which would then stick elsewhere than the real one (by a quarter of a count
@@ -37,64 +32,6 @@ _MASS_DECIMALS: Final = 6
 
 class RunFileError(MuscleBayesError):
     """A run that cannot be written, or whose name is taken."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One row of the log; temperatures [C] are None where a channel has no thermocouple."""
-
-    time: float
-    """s after the first row"""
-    temperature_a: float | None
-    setpoint_a: float | None
-    stable_a: bool
-    temperature_b: float | None
-    setpoint_b: float | None
-    stable_b: bool
-    update: bool
-    """whether the temperatures are new"""
-    reading: float
-    """counts, in steps of RESOLUTION"""
-    duties: tuple[int, int] | None = None
-    """of both heaters, of 255; None while the heater board does not answer"""
-    faults: int | None = None
-    """latched on the heater board"""
-    fan: bool | None = None
-    """whether it is on"""
-    second: float | None = None
-    """reading of a second potentiometer, counts"""
-    load: float | None = None
-    """what the load cell shows, kg"""
-    aim: float | None = None
-    """reading that the board holds, counts"""
-
-
-def format_row(row: Row, more: Sequence[str] = ()) -> bytes:
-    """The row in the order of LOG_HEADER and of `more` columns (SECOND, LOAD, AIM), with its line end.
-
-    A heater that is off has setpoint 0.0.
-    """
-    extra = {
-        SECOND: "" if row.second is None else f"{row.second:g}",
-        LOAD: "" if row.load is None else f"{row.load:.5f}",
-        AIM: "" if row.aim is None else f"{row.aim:g}",
-    }
-    cells = (
-        f"{row.time:.{TIME_DECIMALS}f}",
-        _celsius(row.temperature_a),
-        _celsius(row.setpoint_a or 0.0),
-        str(int(row.stable_a)),
-        _celsius(row.temperature_b),
-        _celsius(row.setpoint_b or 0.0),
-        str(int(row.stable_b)),
-        str(int(row.update)),
-        f"{row.reading:g}",
-        *(("", "") if row.duties is None else map(str, row.duties)),
-        "" if row.faults is None else str(row.faults),
-        "" if row.fan is None else str(int(row.fan)),
-        *(extra[name] for name in more),
-    )
-    return (",".join(cells) + "\n").encode()
 
 
 class RunFile:
@@ -298,9 +235,3 @@ def free_name(folder: Path, name: str) -> str:
         tried = f"{name}-again" + (f"-{number}" if number > 1 else "")
         number += 1
     return tried
-
-
-def _celsius(value: float | None) -> str:
-    """Tenths, or hundredths where a value has them."""
-    text = "" if value is None else f"{value + 0.0:.2f}"
-    return text.removesuffix("0")

@@ -5,17 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.heat.room import far_from_room
+from muscle_bayes.bench.boards.link import Devices
+from muscle_bayes.bench.heat.thermometry import far_from_room
 from muscle_bayes.bench.meters.meter import first_reading
+from muscle_bayes.bench.recording.loop import FIRST_READING, Outcome, StoppedError
 from muscle_bayes.bench.recording.operator import Operator
-from muscle_bayes.bench.recording.recorder import (
-    FIRST_READING,
-    Outcome,
-    Recorder,
-    Settings,
-    StoppedError,
-)
+from muscle_bayes.bench.recording.recorder import Recorder
 from muscle_bayes.bench.recording.run_file import RunFile, free_name, run_files
 from muscle_bayes.bench.recording.status import NoView, View
 from muscle_bayes.bench.sequences.sequence import RunPlan, Sequence
@@ -77,14 +72,17 @@ class Session:
             self._hang(plan.load)
             name = free_name(self.folder, plan.name)
             file = RunFile(self.folder, name, self._metadata(plan))
-            settings = Settings(
-                limits=self.sequence.limits,
-                stop=self.sequence.stop,
-                period=self.sequence.log_period,
-                wall_time=self.wall_time,
-            )
             cell = self.sequence.load_cell or self.rig.get("load_cell")
-            recorder = Recorder(self.devices, plan, file, self.operator, settings, self.view, cell)
+            recorder = Recorder(
+                self.devices,
+                plan,
+                file,
+                self.operator,
+                self.sequence,
+                self.view,
+                cell,
+                self.wall_time,
+            )
             self.load = None  # unknown, should the run break off
             outcome = recorder.run()
             self.load = recorder.load
@@ -94,7 +92,7 @@ class Session:
         return run_metadata(self.sequence, self.path, self.origin, self.rig, plan.load, self.notes)
 
     def _check_room(self, plan: RunPlan) -> None:
-        """Compare the meter with the room before the first heat. Raises RoomError, or StoppedError."""
+        """Compare the meter with the room before the first heat. Raises MuscleBayesError."""
         meter = self.devices.meter.device
         assert meter is not None, "the devices are open"
         reading = first_reading(meter, self.devices.clock, FIRST_READING)

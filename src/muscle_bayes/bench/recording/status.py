@@ -42,11 +42,9 @@ class View(Protocol):
 
     def show(self, status: Status) -> None:
         """Show the bench as it is now; quick, never raises."""
-        ...
 
     def ask(self, question: str) -> None:
         """Show a question before a run begins; empty takes it away."""
-        ...
 
 
 class NoView:

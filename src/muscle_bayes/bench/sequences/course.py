@@ -1,10 +1,12 @@
-"""Where a run stands in its stages: pure, driven by what is measured."""
+"""Where a run stands in its stages, and what ends it early: pure, driven by what is measured."""
 
 from collections.abc import Iterator
 from math import log
 from typing import Final
 
-from muscle_bayes.bench.sequences.sequence import Repeat, RunPlan, Stage
+from muscle_bayes.bench.boards.samples import TimedSample
+from muscle_bayes.bench.sequences.sequence import Repeat, RunPlan, Stage, Stop
+from muscle_bayes.data import Sensor
 from muscle_bayes.errors import MuscleBayesError
 
 _HEATING: Final = (14.0, 0.25)
@@ -160,3 +162,40 @@ def _unrolled(block: Stage | Repeat) -> tuple[Stage, ...]:
 def _settling(change: float) -> float:
     first, per_degree = _HEATING
     return first + (per_degree * change if change >= 0 else _COOLING * log(1 - change))
+
+
+REST_BAND = 2
+"""Counts within which a rotor at rest may be read."""
+
+
+class StopWatch:
+    """Follows the samples of a run and tells when a condition holds."""
+
+    def __init__(self, stop: Stop, sensor: Sensor) -> None:
+        self._stop = stop
+        self._sensor = sensor
+        self._low = self._high = 0.0
+        self._since: float | None = None
+
+    def reason(self, sample: TimedSample, run_time: float) -> str:
+        """Why the run ends at a sample, s after its first row; empty if it goes on."""
+        stop = self._stop
+        rest = self._rest(sample)
+        if stop.duration is not None and run_time >= stop.duration:
+            return f"{stop.duration:g} s are over"
+        if stop.rest_time is not None and rest >= stop.rest_time:
+            return f"at rest for {stop.rest_time:g} s"
+        if stop.angle is not None:
+            angle = float(self._sensor.coordinate(sample.reading))
+            if not stop.angle[0] <= angle <= stop.angle[1]:
+                return f"the angle, {angle:.3f} rad, is beyond {list(stop.angle)} rad"
+        return ""
+
+    def _rest(self, sample: TimedSample) -> float:
+        """s for which no reading has left the band."""
+        low, high = min(self._low, sample.reading), max(self._high, sample.reading)
+        if self._since is None or high - low > REST_BAND:
+            low = high = sample.reading
+            self._since = sample.time
+        self._low, self._high = low, high
+        return sample.time - self._since

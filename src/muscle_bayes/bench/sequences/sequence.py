@@ -6,7 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
+    BaseModel,
     BeforeValidator,
+    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -177,7 +179,19 @@ class Stop(Table):
     """rad, [lowest, highest] beyond which the run ends"""
 
 
-class Sequence(Table):
+class RigTables(BaseModel):
+    """The rig's tables of a file that may hold others."""
+
+    model_config = ConfigDict(frozen=True, strict=True)
+
+    fixture: Fixture | None = None
+    potentiometer: Potentiometer | None = None
+    element_a: Element | None = None
+    element_b: Element | None = None
+    load_cell: LoadCell | None = None
+
+
+class Sequence(RigTables, extra="forbid"):
     """SEQUENCE.toml. Either `stage` (one run) or `run` (several) says what is done.
 
     fixture, potentiometer, element_a and element_b are the tables of NAME.toml; they, and load_cell, may
@@ -197,11 +211,6 @@ class Sequence(Table):
     """simulated bench only"""
     log_period: Annotated[float, Field(ge=0.005, le=10.0)] = 0.03
     """s between rows"""
-    fixture: Fixture | None = None
-    potentiometer: Potentiometer | None = None
-    element_a: Element | None = None
-    element_b: Element | None = None
-    load_cell: LoadCell | None = None
     limits: Limits = Limits()
     stop: Stop = Stop()
     stage: Blocks = ()

@@ -4,31 +4,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
 from muscle_bayes.bench.sequences.sequence import (
     RIG_TABLES,
-    LoadCell,
     Repeat,
+    RigTables,
     RunPlan,
     Sequence,
     Stage,
 )
-from muscle_bayes.data import Element, Fixture, Metadata, Origin, Potentiometer, RunError
+from muscle_bayes.data import Metadata, Origin, RunError
 from muscle_bayes.data.validation import faults_told, parse_table, read_table
 from muscle_bayes.data.writer import toml_keys, toml_value
-
-
-class _Rig(BaseModel):
-    """The rig's tables of a file that may hold others."""
-
-    model_config = ConfigDict(frozen=True, strict=True)
-
-    fixture: Fixture | None = None
-    potentiometer: Potentiometer | None = None
-    element_a: Element | None = None
-    element_b: Element | None = None
-    load_cell: LoadCell | None = None
 
 
 def read_sequence(path: Path) -> Sequence:
@@ -44,9 +30,8 @@ def parse_sequence(content: bytes, path: Path | str) -> Sequence:
 
 def read_rig(path: Path) -> dict[str, Any]:
     """The rig's tables of a TOML file, which may be any run's NAME.toml. Raises RunError."""
-    rig = read_table(path, _Rig)
-    keys = (*RIG_TABLES, "load_cell")
-    tables = {key: getattr(rig, key) for key in keys if getattr(rig, key) is not None}
+    rig = read_table(path, RigTables)
+    tables = {key: table for key, table in rig if table is not None}
     if not tables:
         raise RunError.at(path, "no table of a rig", f"add {', '.join(RIG_TABLES)}")
     return tables

@@ -12,9 +12,8 @@ from muscle_bayes.bench.sensors.catalogue import thermometer_of, wiring_of
 from muscle_bayes.bench.simulation.chips import BoardThermometers, SensorChips
 from muscle_bayes.bench.simulation.links import Link
 from muscle_bayes.bench.simulation.meter import MeterEmulator
-from muscle_bayes.bench.simulation.plant import Plant, TwinPlant
+from muscle_bayes.bench.simulation.plant import TwinPlant
 from muscle_bayes.bench.simulation.processor import Processor
-from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.simulate import generators
 
 STEP: Final = 1e-3
@@ -66,7 +65,7 @@ class SimulatedBench:
 
     def __init__(
         self,
-        plant: Plant | None = None,
+        plant: TwinPlant | None = None,
         seed: int = 0,
         *,
         calibrated: bool = True,
@@ -74,8 +73,8 @@ class SimulatedBench:
         elf: Path | None = None,
     ) -> None:
         """`elf` is the heater board's program, the built one where it is not given."""
-        self.plant: Plant = TwinPlant(seed=seed) if plant is None else plant
-        rig = plant.rig if isinstance(plant, TwinPlant) else Rig()
+        self.plant = TwinPlant(seed=seed) if plant is None else plant
+        rig = self.plant.rig
         self.sensor = Processor(heater=False)
         self.heater = Processor(heater=True, elf=elf)
         if calibrated:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from muscle_bayes.bench.sensors.sensor import Wiring
+from muscle_bayes.bench.sensors.catalogue import Wiring
 from muscle_bayes.bench.simulation.processor import Processor
 from muscle_bayes.twin.sensors import normals
 

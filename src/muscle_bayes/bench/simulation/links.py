@@ -11,11 +11,9 @@ class Device(Protocol):
 
     def send(self, data: bytes) -> None:
         """Put bytes on the line to the device."""
-        ...
 
     def receive(self, max_bytes: int) -> bytes:
         """Bytes that the device has sent."""
-        ...
 
 
 class Link:

@@ -1,6 +1,6 @@
 """The plant on the simulated boards' pins: heater duty in, angle sensor and temperatures out."""
 
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -11,44 +11,6 @@ from muscle_bayes.twin.simulate import generators
 
 SECOND_OFFSET: Final = -30.0
 """By so much the second potentiometer's zero reading differs from what is stated of the first, counts."""
-
-
-class Plant(Protocol):
-    """What the boards and the meter are wired to."""
-
-    def advance(self, duties: tuple[float, float], duration: float) -> None:
-        """Let a time [s] pass at these mean heater duties (0-255)."""
-        ...
-
-    def counts(self) -> int:
-        """What the angle sensor's converter would read now, 0-1023."""
-        ...
-
-    def counts_2(self) -> int:
-        """What a second potentiometer's converter would read now, 0-1023."""
-        ...
-
-    @property
-    def angle(self) -> float:
-        """Of the rotor, rad."""
-        ...
-
-    @property
-    def load(self) -> float:
-        """What hangs, kg."""
-        ...
-
-    def temperatures(self) -> tuple[float, float]:
-        """Of both heater tubes, C."""
-        ...
-
-    def blow(self, on: bool) -> None:
-        """Whether the fan blows on the tubes from now on."""
-        ...
-
-    def hang(self, mass: float) -> None:
-        """Change the load [kg]."""
-        ...
 
 
 class TwinPlant:
@@ -90,31 +52,38 @@ class TwinPlant:
         )
 
     def advance(self, duties: tuple[float, float], duration: float) -> None:
+        """Let a time [s] pass at these mean heater duties (0-255)."""
         for channel, duty in zip(self.bench.channels, duties, strict=True):
             channel.pwm = duty
         self.bench.advance(duration)
 
     def counts(self) -> int:
+        """What the angle sensor's converter would read now, 0-1023."""
         return self._sensor.read(self.bench.rotor.angle)
 
     def counts_2(self) -> int:
+        """What a second potentiometer's converter would read now, 0-1023."""
         return self._second.read(self.bench.rotor.angle)
 
     @property
     def angle(self) -> float:
+        """Of the rotor, rad."""
         return float(self.bench.rotor.angle)
 
     def blow(self, on: bool) -> None:
+        """Whether the fan blows on the tubes from now on."""
         heater = self.rig.heater
         for channel in self.bench.channels:
             share = heater.fan if on else 1.0
             channel.tube.cooling_time = share * heater.cooling_time
 
     def temperatures(self) -> tuple[float, float]:
+        """Of both heater tubes, C."""
         first, second = self.bench.channels
         return first.tube.temperature, second.tube.temperature
 
     def hang(self, mass: float) -> None:
+        """Change the load [kg]."""
         self.load = mass
         self.bench.rotor.hang(mass)
 

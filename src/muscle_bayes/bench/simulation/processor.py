@@ -1,6 +1,7 @@
 """One ATmega328P in virtual time, by libsimavr behind firmware/simavr/bridge.c."""
 
 import ctypes
+import os
 import struct
 from ctypes import (
     POINTER,
@@ -23,9 +24,25 @@ from muscle_bayes.bench.boards.messages import ResetCause
 from muscle_bayes.bench.boards.protocol import crc16
 from muscle_bayes.bench.boards.transport import BOARD_BAUD
 from muscle_bayes.bench.heat.heat_model import TubeModel
-from muscle_bayes.bench.sensors.sensor import Wiring
-from muscle_bayes.bench.simulation.files import built
+from muscle_bayes.bench.sensors.catalogue import Wiring
 from muscle_bayes.errors import MuscleBayesError
+
+_VARIABLE = "MUSCLE_BAYES_FIRMWARE"
+_BESIDE_THE_SOURCE = Path(__file__).parents[4] / "firmware" / "build"
+
+
+def built(name: str) -> Path:
+    """A file of the firmware's build folder. Raises MuscleBayesError where it is absent."""
+    folder = Path(os.environ.get(_VARIABLE, _BESIDE_THE_SOURCE))
+    path = folder / name
+    if not path.is_file():
+        raise MuscleBayesError(
+            f"{path}: the firmware is not built. Fix: run `make firmware` in the project's folder "
+            f"(it needs gcc-avr, avr-libc and libsimavr-dev), or point {_VARIABLE} to its build "
+            "folder."
+        )
+    return path
+
 
 FREQUENCY: Final = 16_000_000
 """Processor clock, Hz."""

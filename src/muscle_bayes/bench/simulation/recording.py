@@ -3,8 +3,7 @@
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board
-from muscle_bayes.bench.boards.devices import Devices
-from muscle_bayes.bench.boards.link import Link
+from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import Meter, MeterSource
 from muscle_bayes.bench.sequences.sequence import RIG_TABLES, LoadCell, Sequence

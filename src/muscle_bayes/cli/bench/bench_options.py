@@ -9,38 +9,39 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from muscle_bayes.cli.common import option
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
     from muscle_bayes.twin.plant.rig import Rig
 
 PortOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--port",
-        metavar="URL",
-        help="Port of a board, or any URL of pyserial; repeat it for the other board. Boards are "
+    option(
+        "URL",
+        "Port of a board, or any URL of pyserial; repeat it for the other board. Boards are "
         "found by themselves unless said.",
+        "--port",
     ),
 ]
 MeterOption = Annotated[
     str | None,
-    typer.Option(
-        "--meter",
-        metavar="[KIND:]URL",
-        help="Port of the meter; found unless said. KIND is one of an installed package "
+    option(
+        "[KIND:]URL",
+        "Port of the meter; found unless said. KIND is one of an installed package "
         "(docs/bench.md). `board`: the heater board's own thermometers.",
+        "--meter",
     ),
 ]
 SensorOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--sensor",
-        metavar="NAME",
-        help="With --simulate: what the boards are wired to besides potentiometer and meter, as "
+    option(
+        "NAME",
+        "With --simulate: what the boards are wired to besides potentiometer and meter, as "
         "`muscle-bayes sensors --list` names it; repeat it.",
+        "--sensor",
     ),
 ]
 SimulateOption = Annotated[
@@ -51,23 +52,16 @@ SimulateOption = Annotated[
 ]
 RigOption = Annotated[
     Path | None,
-    typer.Option(
-        "--rig",
-        metavar="FILE",
-        help="Rig, where the sequence leaves it out: the tables of any run's NAME.toml. With "
+    option(
+        "FILE",
+        "Rig, where the sequence leaves it out: the tables of any run's NAME.toml. With "
         "--simulate also what is true of it, as for `simulate --rig`.",
+        "--rig",
     ),
 ]
 
 
 SIMULATE = " Without a bench, give --simulate."
-
-
-def real_devices(ports: list[str] | None, meter: str | None, otherwise: str = "") -> "Devices":
-    """The bench's own lines, not open yet; `otherwise` says what to do without a bench."""
-    from muscle_bayes.bench.boards.ports import PortFinder
-
-    return PortFinder(tuple(ports or ()), meter, otherwise=otherwise).devices()
 
 
 def simulated_rig(path: Path | None) -> "Rig":
@@ -78,20 +72,6 @@ def simulated_rig(path: Path | None) -> "Rig":
     return Rig() if path is None else read_rig(path, Rig())
 
 
-def refuse_sensors(sensors: list[str] | None) -> None:
-    """Raise where sensors are named for a bench that knows its own."""
-    if sensors:
-        raise MuscleBayesError(
-            "--sensor goes with --simulate. Fix: `muscle-bayes sensors NAME` tells real boards."
-        )
-
-
-def refuse_ports(ports: list[str] | None, meter: str | None) -> None:
-    """Raise where ports are given for a bench that has none."""
-    if ports or meter is not None:
-        raise MuscleBayesError("--simulate has no ports. Fix: leave --port and --meter out.")
-
-
 @contextmanager
 def bench_lines(
     port: list[str] | None,
@@ -99,20 +79,33 @@ def bench_lines(
     sensors: list[str] | None = None,
     simulated: "Callable[[], SimulatedBench] | None" = None,
     otherwise: str = SIMULATE,
-) -> Iterator["Devices"]:
-    """Lines of the real bench, or of a simulated one where it is given; not open yet, closed at the end."""
+) -> Iterator[tuple["Devices", "SimulatedBench | None"]]:
+    """Lines of the real bench, or of a simulated one where it is given, and that one.
+
+    They are not open yet, and closed at the end. `otherwise` says what to do without a bench.
+    """
+    from muscle_bayes.bench.boards.ports import PortFinder
+
     with ExitStack() as stack:
         stack.enter_context(signals_interrupt())
+        bench = None
         if simulated is None:
-            refuse_sensors(sensors)
-            devices = real_devices(port, meter, otherwise)
+            if sensors:
+                raise MuscleBayesError(
+                    "--sensor goes with --simulate. Fix: `muscle-bayes sensors NAME` tells real boards."
+                )
+            devices = PortFinder(tuple(port or ()), meter, otherwise=otherwise).devices()
         else:
             from muscle_bayes.bench.simulation.recording import simulated_devices
 
-            refuse_ports(port, meter)
-            devices = simulated_devices(stack.enter_context(simulated()))
+            if port or meter is not None:
+                raise MuscleBayesError(
+                    "--simulate has no ports. Fix: leave --port and --meter out."
+                )
+            bench = stack.enter_context(simulated())
+            devices = simulated_devices(bench)
         stack.callback(devices.close)
-        yield devices
+        yield devices, bench
 
 
 @contextmanager

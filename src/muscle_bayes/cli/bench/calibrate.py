@@ -13,12 +13,12 @@ from muscle_bayes.cli.bench.bench_options import (
     bench_lines,
     simulated_rig,
 )
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, option, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.boards.clock import Clock
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
 
 _PERIOD = 0.02
@@ -28,27 +28,18 @@ _SHOWN_EVERY = 0.2
 def calibrate(
     stops: Annotated[
         tuple[float, float] | None,
-        typer.Option(
-            metavar="LOWER UPPER", help="Angles of the endstops, rad; those of --rig unless said."
-        ),
+        option("LOWER UPPER", "Angles of the endstops, rad; those of --rig unless said."),
     ] = None,
     cycles: Annotated[int, typer.Option(min=2, max=50, help="Turns to and fro.")] = 4,
     first: Annotated[
-        Literal["lower", "upper"],
-        typer.Option(help="Endstop to which the rotor is turned first."),
+        Literal["lower", "upper"], typer.Option(help="Endstop to which the rotor is turned first.")
     ] = "lower",
-    timeout: Annotated[
-        float, typer.Option(min=1.0, metavar="S", help="Give up after this long.")
-    ] = 300.0,
+    timeout: Annotated[float, option("S", "Give up after this long.", min=1.0)] = 300.0,
     simulate: SimulateOption = False,
     port: PortOption = None,
     rig: Annotated[
         Path | None,
-        typer.Option(
-            "--rig",
-            metavar="FILE",
-            help="Rig whose endstops are used: the tables of any run's NAME.toml.",
-        ),
+        option("FILE", "Rig whose endstops are used: the tables of any run's NAME.toml.", "--rig"),
     ] = None,
     sensor: SensorOption = None,
     seed: SeedOption = 0,
@@ -79,7 +70,7 @@ def calibrate(
         SimulatedHand(bench, plant)
         return bench
 
-    with bench_lines(port, None, sensor, simulated if simulate else None) as devices:
+    with bench_lines(port, None, sensor, simulated if simulate else None) as (devices, _):
         readings = _turn(devices, 2 * cycles, timeout)
         board = devices.sensor.device
         assert board is not None, "it was just read"
@@ -96,8 +87,7 @@ def calibrate(
         f"standard errors: {found.zero_error:.2g} counts, {found.scale_error:.2g} rad per count",
         err=True,
     )
-    if json is not None:
-        write_json(json, {"stops": angles, **asdict(found)})
+    write_json(json, {"stops": angles, **asdict(found)})
 
 
 def _stops(rig: Path | None, simulate: bool) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from muscle_bayes.cli.bench.bench_options import (
     SimulateOption,
     bench_lines,
 )
-from muscle_bayes.cli.common import JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import JsonOption, SeedOption, option, write_json
 
 if TYPE_CHECKING:
     from muscle_bayes.bench.simulation import SimulatedBench
@@ -22,9 +22,7 @@ def calibrate_heaters(
     side: Annotated[
         Literal["a", "b", "both"], typer.Option(help="The tubes that are there.")
     ] = "both",
-    room: Annotated[
-        float, typer.Option(min=5.0, max=45.0, metavar="C", help="Temperature of the room, C.")
-    ] = 25.0,
+    room: Annotated[float, option("C", "Temperature of the room, C.", min=5.0, max=45.0)] = 25.0,
     simulate: SimulateOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
@@ -49,7 +47,7 @@ def calibrate_heaters(
 
         return SimulatedBench(seed=seed, calibrated=False, sensors=sensor or [])
 
-    with bench_lines(port, meter, sensor, simulated if simulate else None) as devices:
+    with bench_lines(port, meter, sensor, simulated if simulate else None) as (devices, _):
         board, source = devices.heater.open(), devices.meter.open()
         report: dict[str, Any] = {}
         for channel in {"a": (0,), "b": (1,), "both": (0, 1)}[side]:
@@ -61,5 +59,4 @@ def calibrate_heaters(
                 f"{fit.tube.cooling_time:.1f} s; stored on the board"
             )
             report[name] = asdict(fit)
-    if json is not None:
-        write_json(json, report)
+    write_json(json, report)

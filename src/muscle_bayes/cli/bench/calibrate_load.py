@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from muscle_bayes.cli.bench.bench_options import PortOption, SimulateOption, bench_lines
-from muscle_bayes.cli.common import SeedOption
+from muscle_bayes.cli.common import SeedOption, option
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.boards.link import Devices
     from muscle_bayes.bench.simulation import SimulatedBench
 
 _WEIGHED = 3.0
@@ -17,7 +17,7 @@ _WEIGHED = 3.0
 
 
 def calibrate_load(
-    mass: Annotated[float, typer.Option(min=0.001, max=20.0, metavar="KG", help="A known mass.")],
+    mass: Annotated[float, option("KG", "A known mass.", min=0.001, max=20.0)],
     simulate: SimulateOption = False,
     port: PortOption = None,
     seed: SeedOption = 0,
@@ -30,16 +30,13 @@ def calibrate_load(
         muscle-bayes calibrate-load --mass 0.2
         muscle-bayes calibrate-load --mass 0.2 --simulate
     """
-    bench: SimulatedBench | None = None
 
     def simulated() -> "SimulatedBench":
         from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 
-        nonlocal bench
-        bench = SimulatedBench(TwinPlant(load=0.0, seed=seed), seed, sensors=["hx711"])
-        return bench
+        return SimulatedBench(TwinPlant(load=0.0, seed=seed), seed, sensors=["hx711"])
 
-    with bench_lines(port, simulated=simulated if simulate else None) as devices:
+    with bench_lines(port, simulated=simulated if simulate else None) as (devices, bench):
         devices.sensor.open()
         if bench is None:
             typer.confirm("Does nothing hang on the load cell?", abort=True)

@@ -5,21 +5,17 @@ from typing import Annotated
 
 import typer
 
+from muscle_bayes.cli.common import option
 from muscle_bayes.errors import MuscleBayesError
 
 
 def flash(
     port: Annotated[
         str | None,
-        typer.Option(
-            metavar="PORT", help="Port of the board; the only one that may be meant, unless said."
-        ),
+        option("PORT", "Port of the board; the only one that may be meant, unless said."),
     ] = None,
     hex: Annotated[
-        Path | None,
-        typer.Option(
-            "--hex", metavar="FILE", help="Another program, as of `make firmware GAINS=`."
-        ),
+        Path | None, option("FILE", "Another program, as of `make firmware GAINS=`.", "--hex")
     ] = None,
 ) -> None:
     """Load the firmware onto an Arduino Uno, Duemilanove or Nano, or a clone, and ask who it is.

@@ -10,46 +10,38 @@ import typer
 from muscle_bayes.cli.bench.bench_options import (
     MeterOption,
     PortOption,
-    real_devices,
-    signals_interrupt,
+    bench_lines,
     simulated_rig,
 )
-from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_json
+from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, option, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.boards.devices import Devices
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 GainsOption = Annotated[
     Path | None,
-    typer.Option(
-        "--gains",
-        metavar="GAINS.toml",
-        help="Gains of `muscle-bayes tune`, compiled into the simulated board. A real board holds by those "
+    option(
+        "GAINS.toml",
+        "Gains of `muscle-bayes tune`, compiled into the simulated board. A real board holds by those "
         "that it was flashed with.",
+        "--gains",
     ),
 ]
 JointOption = Annotated[
     Path | None,
-    typer.Option(
-        "--rig",
-        metavar="FILE",
-        help="Tables of the joint, as in NAME.toml; required with --real.",
-    ),
+    option("FILE", "Tables of the joint, as in NAME.toml; required with --real.", "--rig"),
 ]
 RealOption = Annotated[
-    bool,
-    typer.Option("--real", help="Drive the real bench; without it, the firmware in simavr."),
+    bool, typer.Option("--real", help="Drive the real bench; without it, the firmware in simavr.")
 ]
 
 
 def hold(
-    angle: Annotated[float, typer.Option(metavar="RAD", help="Angle to be held, rad.")],
+    angle: Annotated[float, option("RAD", "Angle to be held, rad.")],
     out: FolderOption,
     gains: GainsOption = None,
-    duration: Annotated[
-        float, typer.Option(metavar="S", min=1.0, max=3600.0, help="For how long, s.")
-    ] = 60.0,
+    duration: Annotated[float, option("S", "For how long, s.", min=1.0, max=3600.0)] = 60.0,
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
@@ -77,9 +69,7 @@ def track(
     ],
     out: FolderOption,
     gains: GainsOption = None,
-    duration: Annotated[
-        float | None, typer.Option(metavar="S", min=1.0, help="Only its first so many s.")
-    ] = None,
+    duration: Annotated[float | None, option("S", "Only its first so many s.", min=1.0)] = None,
     real: RealOption = False,
     port: PortOption = None,
     meter: MeterOption = None,
@@ -126,31 +116,33 @@ def _drive(
     from muscle_bayes.bench.recording.run_file import RunFile
     from muscle_bayes.bench.sequences.sequence import Sequence, Stage
     from muscle_bayes.bench.sequences.sequence_file import read_rig, run_metadata
+    from muscle_bayes.bench.simulation.recording import NOTES, rig_tables
     from muscle_bayes.progress import shown_progress
 
+    if real and rig is None:
+        raise MuscleBayesError("--real needs the joint's tables. Fix: give --rig JOINT.toml")
+    tables = {} if rig is None or not real else read_rig(rig)
+    if not real and (ports or meter is not None):
+        raise MuscleBayesError("--port and --meter go with --real. Fix: add it")
     with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if real:
-            if rig is None:
-                raise MuscleBayesError(
-                    "--real needs the joint's tables. Fix: give --rig JOINT.toml"
-                )
-            tables, notes = read_rig(rig), ""
-            devices = stack.enter_context(
-                _opened(real_devices(ports, meter, " Without a bench, leave --real out."))
-            )
-        else:
-            if ports or meter is not None:
-                raise MuscleBayesError("--port and --meter go with --real. Fix: add it")
-            tables, notes, devices = stack.enter_context(_simulated(gains, rig, seed))
+        simulated = None if real else stack.enter_context(_joint(gains, rig, seed))
+        lines = bench_lines(
+            ports, meter, None, simulated, otherwise=" Without a bench, leave --real out."
+        )
+        devices, bench = stack.enter_context(lines)
+        board, source = devices.heater.open(), devices.meter.open()
+        if bench is not None:
+            tables = rig_tables(bench.plant.rig)
         plan = Sequence(load=0.0, stage=(Stage(duration=duration),))
         about = run_metadata(
-            plan, f"{name}.toml", "measured" if real else "synthetic", tables, 0.0, notes
+            plan,
+            f"{name}.toml",
+            "measured" if real else "synthetic",
+            tables,
+            0.0,
+            "" if real else NOTES,
         )
         report = stack.enter_context(shown_progress())
-        board, source = devices.heater.device, devices.meter.device
-        assert board is not None, "the devices are open"
-        assert source is not None, "the devices are open"
         holder = Holder(
             board,
             source,
@@ -166,31 +158,20 @@ def _drive(
         f"{told['path']}: {outcome.rows} rows, {outcome.duration:.1f} s; in the last fifth the error is "
         f"{told['error']:+.4f} rad on average; hottest {told['hottest']:.1f} C"
     )
-    if json is not None:
-        write_json(json, told)
+    write_json(json, told)
 
 
 @contextmanager
-def _opened(devices: "Devices") -> Iterator["Devices"]:
-    """Heater board and meter, open."""
-    try:
-        devices.heater.open()
-        devices.meter.open()
-        yield devices
-    finally:
-        devices.close()
-
-
-@contextmanager
-def _simulated(
+def _joint(
     gains: Path | None, rig: Path | None, seed: int
-) -> Iterator[tuple[dict[str, Any], str, "Devices"]]:
-    """Tables of the simulated joint, its notes, and its devices."""
+) -> Iterator[Callable[[], "SimulatedBench"]]:
+    """Makes the bench of a simulated joint, its firmware compiled with the gains."""
     from dataclasses import replace
+    from functools import partial
     from tempfile import TemporaryDirectory
 
     from muscle_bayes.bench.simulation.joint import build_firmware, joint_bench
-    from muscle_bayes.bench.simulation.recording import NOTES, rig_tables, simulated_devices
+    from muscle_bayes.bench.simulation.recording import rig_tables
     from muscle_bayes.control.laws.gains import gains_header, read_gains
     from muscle_bayes.control.plant.design import Design
     from muscle_bayes.twin.plant.rig import Element
@@ -207,17 +188,14 @@ def _simulated(
     with TemporaryDirectory() as folder:
         header = Path(folder) / "gains.h"
         header.write_text(gains_header(read_gains(gains), design))
-        with joint_bench(built, build_firmware(header, Path(folder)), seed) as bench:
-            devices = simulated_devices(bench)
-            with _opened(devices):
-                yield tables, NOTES, devices
+        yield partial(joint_bench, built, build_firmware(header, Path(folder)), seed)
 
 
 def _told(log: Path) -> dict[str, Any]:
     """How far off a recorded run ended, and how hot it got."""
     import pandas as pd
 
-    from muscle_bayes.bench.recording.run_file import AIM
+    from muscle_bayes.bench.recording.log_row import AIM
     from muscle_bayes.data import read_run
 
     run = read_run(log)

@@ -3,37 +3,35 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from muscle_bayes.cli.bench.bench_options import (
-    SIMULATE,
     MeterOption,
     PortOption,
     RigOption,
     SensorOption,
     SimulateOption,
-    real_devices,
-    refuse_ports,
-    refuse_sensors,
-    signals_interrupt,
+    bench_lines,
     simulated_rig,
 )
 from muscle_bayes.cli.common import FolderOption, JsonOption, SeedOption, write_json
 from muscle_bayes.errors import MuscleBayesError
 
 if TYPE_CHECKING:
-    from muscle_bayes.bench.recording.recorder import Outcome
+    from muscle_bayes.bench.boards.link import Devices
+    from muscle_bayes.bench.recording.loop import Outcome
     from muscle_bayes.bench.recording.session import Session
     from muscle_bayes.bench.sequences.sequence import Sequence
+    from muscle_bayes.bench.simulation import SimulatedBench
 
 
 def record(
     sequence: Annotated[
-        Path,
-        typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`."),
+        Path, typer.Argument(metavar="SEQUENCE.toml", help="See `muscle-bayes sequence`.")
     ],
     out: FolderOption,
     simulate: SimulateOption = False,
@@ -63,26 +61,35 @@ def record(
         muscle-bayes record staircase.toml --out runs
         muscle-bayes record staircase.toml --out runs --simulate
     """
-    from time import perf_counter
+    from time import perf_counter, time
 
     from muscle_bayes.bench.recording.live import TerminalView
-    from muscle_bayes.bench.sequences.sequence_file import read_sequence
+    from muscle_bayes.bench.recording.operator import Keyboard
+    from muscle_bayes.bench.recording.session import Session
+    from muscle_bayes.bench.sequences.sequence_file import read_rig, read_sequence
 
     begun = perf_counter()
     wanted = read_sequence(sequence)
     report: dict[str, Any] = {"sequence": sequence, "simulated": simulate, "runs": []}
     with ExitStack() as stack:
-        stack.enter_context(signals_interrupt())
-        if simulate:
-            refuse_ports(port, meter)
-            session = stack.enter_context(
-                _simulated(wanted, sequence, out, rig, sensor or [], seed, report)
-            )
+        simulated = partial(_simulated_bench, wanted, sequence, rig, sensor or [], seed)
+        lines = bench_lines(
+            port, meter, None if simulate else sensor, simulated if simulate else None
+        )
+        devices, bench = stack.enter_context(lines)
+        if bench is None:
+            operator = Keyboard()
+            stack.callback(operator.close)
+            tables = {} if rig is None else read_rig(rig)
+            session = Session(wanted, sequence, out, devices, operator, rig=tables, wall_time=time)
+            session.check()
+            typer.echo("Looking for the boards and the meter ...", err=True)
+            devices.open()
+            if clear_faults and (board := devices.heater.device) is not None:
+                board.clear()
         else:
-            refuse_sensors(sensor)
-            session = stack.enter_context(
-                _measured(wanted, sequence, out, port, meter, rig, clear_faults)
-            )
+            session = _simulated_session(wanted, sequence, out, devices, bench)
+            report |= {"seed": seed, "truth": _truth(bench)}
         if loaded or simulate:
             session.load = session.plans()[0].load
         recorded = session.recorded()
@@ -101,89 +108,58 @@ def record(
             report["error"] = str(error)
             raise
         finally:
-            if json is not None:
-                write_json(json, report)
+            write_json(json, report)
         if simulate:
             typer.echo(f"simulated in {perf_counter() - begun:.0f} s")
 
 
-@contextmanager
-def _simulated(
-    wanted: "Sequence",
-    path: Path,
-    out: Path,
-    rig: Path | None,
-    sensors: list[str],
-    seed: int,
-    report: dict[str, Any],
-) -> Iterator["Session"]:
-    from muscle_bayes.bench.recording.session import Session
+def _simulated_bench(
+    wanted: "Sequence", path: Path, rig: Path | None, sensors: list[str], seed: int
+) -> "SimulatedBench":
+    """The firmware with a plant as sequence and rig describe it."""
     from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
-    from muscle_bayes.bench.simulation.recording import (
-        NOTES,
-        SimulatedOperator,
-        rig_of,
-        rig_tables,
-        simulated_devices,
+    from muscle_bayes.bench.simulation.recording import rig_of
+
+    plant = TwinPlant(
+        rig_of(wanted, simulated_rig(rig)),
+        load=wanted.runs(path.stem)[0].load,
+        angle=wanted.initial_angle,
+        hyst=wanted.initial_hyst,
+        seed=seed,
     )
+    return SimulatedBench(plant, seed, sensors=sensors)
+
+
+def _simulated_session(
+    wanted: "Sequence", path: Path, out: Path, devices: "Devices", bench: "SimulatedBench"
+) -> "Session":
+    """A session on open simulated devices, with somebody who hangs its loads."""
+    from muscle_bayes.bench.recording.session import Session
+    from muscle_bayes.bench.simulation.recording import NOTES, SimulatedOperator, rig_tables
+
+    plant = bench.plant
+    session = Session(
+        wanted,
+        path,
+        out,
+        devices,
+        SimulatedOperator(bench, plant.load),
+        origin="synthetic",
+        rig=rig_tables(plant.rig, bench),
+        notes=NOTES,
+    )
+    session.check()
+    devices.open()
+    board = devices.sensor.device
+    if board is not None and board.wiring().angle:
+        board.encoder_marked(mark=True)  # the simulated rig's tables know its zero
+    return session
+
+
+def _truth(bench: "SimulatedBench") -> dict[str, Any]:
     from muscle_bayes.twin.simulate import truth_of
 
-    built = rig_of(wanted, simulated_rig(rig))
-    load = wanted.runs(path.stem)[0].load
-    plant = TwinPlant(
-        built, load=load, angle=wanted.initial_angle, hyst=wanted.initial_hyst, seed=seed
-    )
-    report["seed"] = seed
-    report["truth"] = {"zero_reading": plant.zero_reading, **truth_of(built)}
-    with SimulatedBench(plant, seed, sensors=sensors) as bench:
-        session = Session(
-            wanted,
-            path,
-            out,
-            simulated_devices(bench),
-            SimulatedOperator(bench, load),
-            origin="synthetic",
-            rig=rig_tables(built, bench),
-            notes=NOTES,
-        )
-        session.check()
-        session.devices.open()
-        board = session.devices.sensor.device
-        if board is not None and board.wiring().angle:
-            board.encoder_marked(mark=True)  # the simulated rig's tables know its zero
-        yield session
-
-
-@contextmanager
-def _measured(
-    wanted: "Sequence",
-    path: Path,
-    out: Path,
-    ports: list[str] | None,
-    meter: str | None,
-    rig: Path | None,
-    clear_faults: bool,
-) -> Iterator["Session"]:
-    from time import time
-
-    from muscle_bayes.bench.recording.operator import Keyboard
-    from muscle_bayes.bench.recording.session import Session
-    from muscle_bayes.bench.sequences.sequence_file import read_rig
-
-    tables = {} if rig is None else read_rig(rig)
-    devices = real_devices(ports, meter, SIMULATE)
-    keyboard = Keyboard()
-    session = Session(wanted, path, out, devices, keyboard, rig=tables, wall_time=time)
-    try:
-        session.check()
-        typer.echo("Looking for the boards and the meter ...", err=True)
-        devices.open()
-        if clear_faults and (board := devices.heater.device) is not None:
-            board.clear()
-        yield session
-    finally:
-        devices.close()
-        keyboard.close()
+    return {"zero_reading": bench.plant.zero_reading, **truth_of(bench.plant.rig)}
 
 
 @contextmanager

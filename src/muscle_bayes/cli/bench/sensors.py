@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from muscle_bayes.cli.bench.bench_options import PortOption, bench_lines
+from muscle_bayes.cli.common import option
 
 
 def sensors(
@@ -18,9 +19,7 @@ def sensors(
     show_list: Annotated[bool, typer.Option("--list", help="List the sensors and their pins.")] = (
         False
     ),
-    beta: Annotated[
-        int, typer.Option(min=1000, max=9999, metavar="K", help="Of the thermistors.")
-    ] = 3950,
+    beta: Annotated[int, option("K", "Of the thermistors.", min=1000, max=9999)] = 3950,
     ratio: Annotated[
         float,
         typer.Option(
@@ -48,7 +47,7 @@ def sensors(
                 typer.echo(f"  {pin:>3}  {to}")
         return
     wanted = {role: wiring_of(names or (), role, beta=beta, ratio=ratio) for role in Role}
-    with bench_lines(port, otherwise="") as devices:
+    with bench_lines(port, otherwise="") as (devices, _):
         for role, link in ((Role.HEATER, devices.heater), (Role.SENSOR, devices.sensor)):
             board = link.open()
             if names or none:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from muscle_bayes.cli.common import writable_file
+from muscle_bayes.cli.common import option, writable_file
 from muscle_bayes.errors import MuscleBayesError
 
 
@@ -21,25 +21,15 @@ def sequence(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="SEQUENCE.toml", callback=writable_file, help="File; the terminal unless said."
-        ),
+        option("SEQUENCE.toml", "File; the terminal unless said.", callback=writable_file),
     ] = None,
-    room: Annotated[
-        float, typer.Option(metavar="C", help="Setpoint that stands for the room, C.")
-    ] = 25.0,
+    room: Annotated[float, option("C", "Setpoint that stands for the room, C.")] = 25.0,
     mass: Annotated[
         list[float] | None,
-        typer.Option(
-            metavar="KG",
-            help="Test load of staircase or sawtooth in kg, as in the file; repeatable.",
-        ),
+        option("KG", "Test load of staircase or sawtooth in kg, as in the file; repeatable."),
     ] = None,
     rig: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Rig to write into it: the tables of any run's NAME.toml."
-        ),
+        Path | None, option("FILE", "Rig to write into it: the tables of any run's NAME.toml.")
     ] = None,
 ) -> None:
     """Write a test regime as a sequence for `muscle-bayes record`, to be changed at will.

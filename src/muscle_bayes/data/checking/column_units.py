@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.describing.metadata import POWER_KINDS, Metadata
+from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.log import RawLog
 from muscle_bayes.data.reading.header import SaidUnit
@@ -12,10 +12,8 @@ from muscle_bayes.data.units import (
     Kind,
     Unit,
     any_unit,
-    drive_kinds,
     examples,
     is_unit,
-    position_kinds,
     unit_of,
 )
 
@@ -57,34 +55,6 @@ class ColumnUnit:
     """whether the metadata say that it is right whatever speaks against it"""
 
 
-def default_unit(key: str, metadata: Metadata) -> str:
-    """The unit that a column has where the metadata state none."""
-    force = "N" if metadata.fixture.motion == "linear" else "N*m"
-    known = {
-        "power_a": "W",
-        "power_b": "W",
-        "time": "s",
-        "load": "kg",
-        "applied": force,
-        "reading": "counts",
-    }
-    return {**known, "force": metadata.force_unit}.get(key, "degC")
-
-
-def kinds_of(key: str, metadata: Metadata) -> tuple[Kind, ...]:
-    """What a column may hold on this rig."""
-    kinds: dict[str, tuple[Kind, ...]] = {
-        "time": ("time",),
-        "load": ("mass",),
-        "force": ("torque" if metadata.has_torque else "force",),
-        "power_a": POWER_KINDS,
-        "power_b": POWER_KINDS,
-        "applied": drive_kinds(metadata.fixture.motion),
-        "reading": position_kinds(metadata.fixture.motion),
-    }
-    return kinds.get(key, ("temperature",))
-
-
 def column_units(raw: RawLog, metadata: Metadata) -> dict[str, ColumnUnit]:
     """Unit of each column of a log.
 
@@ -97,12 +67,12 @@ def column_units(raw: RawLog, metadata: Metadata) -> dict[str, ColumnUnit]:
 
 
 def _unit(key: str, raw: RawLog, metadata: Metadata) -> ColumnUnit:
-    columns, kinds = metadata.columns, kinds_of(key, metadata)
+    columns, (kinds, usual) = metadata.columns, metadata.kinds_of(key)
     stated = None if columns is None else getattr(columns, _KEYS[key])
     is_stated = stated is not None and (
         columns is not None and _KEYS[key] in columns.model_fields_set
     )
-    text = stated or default_unit(key, metadata)
+    text = stated or usual
     unit = unit_of(text, kinds)
     assert unit is not None, "Metadata guarantees units that fit"
     accepted = columns is not None and _ACCEPTED.get(key, key) in columns.accept_units
@@ -165,13 +135,12 @@ def _refuse(
 
 def ask_for(key: str, column: ColumnUnit, metadata: Metadata) -> str:
     """How to state a unit that the numbers speak against."""
-    quantity = _ACCEPTED.get(key, key)
+    quantity, shown = _ACCEPTED.get(key, key), examples(metadata.kinds_of(key)[0])
     if column.stated and key == "reading":
         return (
-            f"correct {column.key} (one such as {examples(kinds_of(key, metadata))}), or add "
+            f"correct {column.key} (one such as {shown}), or add "
             f'accept_units = ["{quantity}"] to [columns] if it is right'
         )
     return (
-        f"add {column.key} to [columns]: one such as {examples(kinds_of(key, metadata))}; "
-        f'"{column.unit.text}" if that is right'
+        f'add {column.key} to [columns]: one such as {shown}; "{column.unit.text}" if that is right'
     )

@@ -8,7 +8,6 @@ import numpy as np
 from muscle_bayes.data.checking.column_units import ColumnUnit, ask_for
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.describing.sizes import MOST_LOAD
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Floats, Ledger
 from muscle_bayes.data.units import COUNTS
 
@@ -82,13 +81,8 @@ def check_position(ledger: Ledger, units: dict[str, ColumnUnit], metadata: Metad
 
 
 def _ask(ledger: Ledger, key: str, column: ColumnUnit, problem: str, metadata: Metadata) -> None:
-    raise RunError.at(
-        ledger.path,
-        problem,
-        ask_for(key, column, metadata),
-        column=ledger.names[key],
-        key=f"columns.{column.key}",
-    )
+    fix = ask_for(key, column, metadata)
+    raise ledger.refusal(problem, fix, None, key, f"columns.{column.key}")
 
 
 def _time(time: Floats, metadata: Metadata) -> str:
@@ -105,15 +99,24 @@ def _time(time: Floats, metadata: Metadata) -> str:
     return ""
 
 
+def likely_temperature(values: Floats) -> str:
+    """The unit in which temperatures are those of a rig, where they are not in degrees C."""
+    values = values[np.isfinite(values)]
+    low = float(np.percentile(values, 5)) if values.size else 0.0
+    if low > 200.0 and low - 273.15 > -50.0:
+        return "kelvin"
+    return "degF" if low > COLDEST_HOT and ROOM[0] < (low - 32.0) / 1.8 < ROOM[1] else ""
+
+
 def _temperature(values: Floats, metadata: Metadata) -> str:
     low, high = np.percentile(values, [5, 95])
-    if low > 200.0 and low - 273.15 > -50.0:
+    unit = likely_temperature(values)
+    if unit == "kelvin":
         return f"temperatures of {low:.4g} to {high:.4g} are no degrees C; kelvin fit"
-    if low > COLDEST_HOT and ROOM[0] < (low - 32.0) / 1.8 < ROOM[1]:
-        cold = (low - 32.0) / 1.8
+    if unit == "degF":
         return (
             f"temperatures never fall below {low:.4g}, which is no room's in C; "
-            f"in degrees F it is {cold:.3g} C"
+            f"in degrees F it is {(low - 32.0) / 1.8:.3g} C"
         )
     return ""
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from muscle_bayes.data.describing.metadata import Metadata
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Ledger
 from muscle_bayes.data.sensor import sensor_of
 
@@ -42,12 +41,11 @@ def refuse_beyond_stops(ledger: Ledger, metadata: Metadata) -> None:
         fix = (
             f"is position_unit right (readings of {reading[first]:g} look like counts)? Else {fix}"
         )
-    raise RunError.at(
-        ledger.path,
+    raise ledger.refusal(
         f"{int(beyond.sum())} of {beyond.size} readings lie beyond the endstops "
         f"{list(stops)} {unit}, the first at {q[first]:.5g} {unit}",
         fix,
-        row=int(ledger.lines[first]),
-        column=ledger.names["reading"],
-        key="fixture.stops",
+        first,
+        "reading",
+        "fixture.stops",
     )

@@ -51,10 +51,6 @@ def assumptions(run: Run) -> list[Assumption]:
     return listed
 
 
-def _has_muscle(run: Run) -> bool:
-    return "muscle" in (run.metadata.element_a.kind, run.metadata.element_b.kind)
-
-
 def _has_thermometer(run: Run) -> bool:
     """Whether a muscle's temperature is taken from a thermometer."""
     about = run.metadata
@@ -164,36 +160,22 @@ _IN_COUNTS: Final = _where(lambda run: run.unit == COUNTS, "a potentiometer's ra
 _EVENLY: Final = "no: it changes evenly from row to row"
 
 ABSENT: Final[dict[str, _Said]] = {
-    "Metadata.format": "",
-    "Metadata.notes": "",
-    "Metadata.fixture": "",
-    "Metadata.potentiometer": "",
     "Metadata.thermometer": _where(_has_thermometer, "its delay is estimated, 0 +- 1 s"),
-    "Metadata.thermometer_log": "",
     "Metadata.columns": "the bench's own header",
-    "Metadata.log": "",
     "Metadata.element_b": "none",
     "Metadata.load": _where(lambda run: not run.metadata.has_load, "nothing hangs on the rig"),
     "Metadata.drive": _drive,
     "Fixture.motion": "rotary",
     "Fixture.inertia": _where(lambda run: run.metadata.protocol != "imposed", "estimated (J)"),
-    "Fixture.rotor_radius_a": "",
-    "Fixture.anchor_x_a": "",
-    "Fixture.anchor_y_a": "",
-    "Fixture.rotor_radius_b": "",
-    "Fixture.anchor_x_b": "",
-    "Fixture.anchor_y_b": "",
-    "Fixture.disc_radius": "",
     "Fixture.stops": "none",
     "Fixture.room_temperature": lambda run, prefix: (
-        f"{run.metadata.fixture.room_temperature:g} C" if _has_muscle(run) else ""
+        f"{run.metadata.fixture.room_temperature:g} C" if run.has_muscle else ""
     ),
     "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
     "Potentiometer.bits": f"{CONVERTER_BITS}, whole counts of 0 to {2**CONVERTER_BITS - 1}",
     "Potentiometer.resolution": "1 count",
     "Thermometer.delay": "estimated: 0 s within delay_uncertainty, or within 1 s",
     "Thermometer.delay_uncertainty": "0 s, the delay is exact",
-    "ThermometerLog.time": "",
     "ThermometerLog.time_unit": "s",
     "ThermometerLog.offset": "found by aligning both logs, and estimated within 5 s",
     "ThermometerLog.log": "a plain CSV",
@@ -204,10 +186,8 @@ ABSENT: Final[dict[str, _Said]] = {
     "LogFormat.comment": _where(_from_text, "#"),
     "LogFormat.encoding": _where(_from_text, "UTF-8, else Latin-1"),
     "LogFormat.header": "true",
-    "LogFormat.sample_rate": "",
     "LogFormat.time_format": _read_clock,
     "LogFormat.group": _where(lambda run: not _from_text(run), "the file's root or only group"),
-    "Columns.time": "",
     "Columns.time_unit": _where(lambda run: run.clock == "number", "s"),
     "Columns.position_unit": _IN_COUNTS,
     "Columns.position_sign": "1",
@@ -218,18 +198,13 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.temperature_unit": _where(
         lambda run: _names("temperature_a")(run) or _names("temperature_b")(run), "degC"
     ),
-    "Columns.load": "",
     "Columns.load_unit": _where(_names("load"), "kg"),
-    "Columns.position": "",
-    "Columns.power_a": "",
-    "Columns.power_b": "",
     "Columns.power_unit": _where(_is_powered, "W"),
     "Columns.power_held": _where(_is_powered, _EVENLY),
     "Metadata.heater_a": lambda run, prefix: _heater(run, "a"),
     "Metadata.heater_b": lambda run, prefix: _heater(run, "b"),
     "Heater.heating_rate": ESTIMATED,
     "Heater.cooling_time": ESTIMATED,
-    "Columns.force": "",
     "Columns.force_unit": lambda run, prefix: run.metadata.force_unit if run.has_force else "",
     "Columns.force_sign": lambda run, prefix: "1" if run.has_force else "",
     "Columns.force_zero": lambda run, prefix: "0" if run.has_force else "",
@@ -240,33 +215,20 @@ ABSENT: Final[dict[str, _Said]] = {
     ),
     "Columns.applied_sign": _where(_names("applied"), "1"),
     "Columns.applied_held": _where(_names("applied"), _EVENLY),
-    "Columns.accept_units": "",
     "Load.unit": "kg",
-    "MuscleElement.kind": "",
     "MuscleElement.linkage": "pins",
-    "MuscleElement.drum_radius": "",
-    "MuscleElement.specimen": "",
-    "MuscleElement.length_at_zero": "",
     "MuscleElement.heater_length": "heated over its whole length",
-    "SpringElement.kind": "",
     "SpringElement.linkage": "pins",
-    "SpringElement.drum_radius": "",
-    "SpringElement.length_at_zero": "",
     "SpringElement.model": _model,
     "SpringElement.rate": _spring,
-    "SpringElement.free_length": "",
     "SpringElement.tension_at_zero": _pull,
     "SpringElement.closed_length": _closed,
     "SpringElement.damping": _spring,
-    "ArmElement.kind": "",
-    "ArmElement.mass": "",
-    "ArmElement.centre_distance": "",
     "ArmElement.moment": _moment,
     "ArmElement.moment_of_inertia": _arm_inertia,
     "ArmElement.hanging_angle": _hanging,
     "Drive.gain": ESTIMATED,
     "Drive.offset": ESTIMATED,
     "Drive.back_emf": _back_emf,
-    "NoElement.kind": "",
 }
-"""Table and key -> what its absence means; empty where it bears on nothing."""
+"""Table and key -> what its absence means, where that bears on a run."""

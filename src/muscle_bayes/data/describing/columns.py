@@ -1,13 +1,33 @@
 """The [columns] table: which columns a log has, and their units."""
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, PlainValidator, model_validator
 
 from muscle_bayes.data.describing.elements import Table
 from muscle_bayes.data.describing.sizes import Finite, NonNegative
-from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import COUNTS, Kind, examples, unit_of
+
+
+def _checked(value: Any) -> str | int:
+    if isinstance(value, str) and value.strip():
+        return value
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise ValueError(
+        f": {value!r} names no column; give the header's name, or the column's number from 1 on"
+    )
+
+
+ColumnName = Annotated[str | int, PlainValidator(_checked)]
+"""The header's text, or the number of the column, the first being 1."""
+
+
+def column_label(name: str | int) -> str:
+    """How messages call a column."""
+    return f"column {name}" if isinstance(name, int) else name.strip().strip('"').strip()
+
 
 Quantity = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied"]
 """What a named column may hold."""
@@ -109,3 +129,26 @@ class Columns(Table):
                         f"{key}: is for positions that are not in counts; use potentiometer.{own}"
                     )
         return self
+
+
+HEATER_HEADER: Final = ("Duty A", "Duty B", "Faults", "Fan")
+"""Duty of each heater, of 255, the board's latched faults and its fan (0 or 1), as the board said last
+before the row; blank while it did not answer."""
+
+HEATER_COLUMNS: Final = ("duty_a", "duty_b", "faults", "fan")
+"""Their names in a run's table; NaN where a cell is blank or the log has no such column."""
+
+
+def with_heater_columns(
+    names: Mapping[str, str | int], header: Sequence[str], *, own: bool
+) -> dict[str, str | int]:
+    """Names of a log's columns, with those of the heater where its header has them once.
+
+    `own`: the log has the bench's own header, and no [columns].
+    """
+    found = {
+        key: name
+        for key, name in zip(HEATER_COLUMNS, HEATER_HEADER, strict=True)
+        if own and header.count(name) == 1
+    }
+    return {**names, **found}

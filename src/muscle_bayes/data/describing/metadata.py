@@ -26,6 +26,7 @@ from muscle_bayes.data.units import (
     COUNTS,
     Kind,
     Unit,
+    column_kinds,
     drive_kinds,
     examples,
     position_kinds,
@@ -33,8 +34,6 @@ from muscle_bayes.data.units import (
 )
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
-POWER_KINDS: tuple[Kind, ...] = ("power", "current", "voltage", "duty")
-"""What may heat a muscle."""
 Origin = Literal["measured", "synthetic"]
 Measured = Literal["position", "velocity", "force", "temperature"]
 
@@ -75,22 +74,27 @@ class Metadata(Table):
     @property
     def output(self) -> Unit:
         """Unit of the measured output, with its factor to SI."""
-        unit = unit_of(self.position_unit, position_kinds(self.fixture.motion))
-        assert unit is not None, "Metadata guarantees a unit that fits the motion"
-        return unit
+        return self._unit(self.position_unit, "reading")
 
     @property
     def measured(self) -> Measured:
         """What the log's position column holds: the coordinate, or its rate."""
         return "velocity" if "velocity" in self.output.kind else "position"
 
+    def kinds_of(self, column: str) -> tuple[tuple[Kind, ...], str]:
+        """What a run's column may hold on this rig, and its unit where none is stated."""
+        return column_kinds(column, self.fixture.motion, self.has_torque)
+
+    def _unit(self, stated: str | None, column: str) -> Unit:
+        kinds, usual = self.kinds_of(column)
+        unit = unit_of(stated or usual, kinds)
+        assert unit is not None, "Metadata guarantees units that fit"
+        return unit
+
     @property
     def power_unit(self) -> Unit:
         """Unit of what heats, with its factor to SI."""
-        stated = None if self.columns is None else self.columns.power_unit
-        unit = unit_of(stated or "W", POWER_KINDS)
-        assert unit is not None, "Metadata guarantees a unit that heats"
-        return unit
+        return self._unit(getattr(self.columns, "power_unit", None), "power_a")
 
     def is_heated_by_power(self, side: str) -> bool:
         """Whether a side's temperature follows from its heater's power."""
@@ -99,12 +103,7 @@ class Metadata(Table):
     @property
     def drive_unit(self) -> Unit:
         """Unit of the logged drive, with its factor to SI."""
-        kinds = drive_kinds(self.fixture.motion)
-        stated = None if self.columns is None else self.columns.applied_unit
-        usual = "N" if self.fixture.motion == "linear" else "N*m"
-        unit = unit_of(stated or usual, kinds)
-        assert unit is not None, "Metadata guarantees a unit that fits the motion"
-        return unit
+        return self._unit(getattr(self.columns, "applied_unit", None), "applied")
 
     def is_reference_spring(self, side: str) -> bool:
         """Whether a side holds the thesis' own spring (eq. 12).
@@ -212,12 +211,11 @@ class Metadata(Table):
             raise ValueError(
                 "columns.force: is the tension of element_a, which is none; describe element_a"
             )
-        if unit_of(self.force_unit, ("force", "torque")) != unit_of(
-            self.force_unit, ("torque" if self.has_torque else "force",)
-        ):
+        fits, _ = self.kinds_of("force")
+        if unit_of(self.force_unit, ("force", "torque")) != unit_of(self.force_unit, fits):
             raise ValueError(
                 f"columns.force_unit: {self.force_unit!r} does not fit element_a; use one such as "
-                f"{examples(('torque' if self.has_torque else 'force',))}"
+                f"{examples(fits)}"
             )
 
     @property
@@ -230,8 +228,7 @@ class Metadata(Table):
     @property
     def force_unit(self) -> str:
         """Unit of the measured force."""
-        stated = None if self.columns is None else self.columns.force_unit
-        return stated or ("N*m" if self.has_torque else "N")
+        return getattr(self.columns, "force_unit", None) or self.kinds_of("force")[1]
 
     def _check_load(self) -> None:
         if self.load is not None and self.columns is not None and self.columns.load is not None:

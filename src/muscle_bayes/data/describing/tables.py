@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
+from muscle_bayes.data.describing.columns import ColumnName
 from muscle_bayes.data.describing.elements import Table
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.sizes import (
@@ -16,7 +17,6 @@ from muscle_bayes.data.describing.sizes import (
     RoomTemperature,
     check_mass,
 )
-from muscle_bayes.data.names import ColumnName
 from muscle_bayes.data.units import examples, unit_of
 
 

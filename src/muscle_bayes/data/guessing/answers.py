@@ -6,10 +6,12 @@ from typing import Final
 
 import numpy as np
 
+from muscle_bayes.data.checking.magnitudes import likely_temperature
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.guessing.guess import Guess
 from muscle_bayes.data.guessing.roles import Column
 from muscle_bayes.data.guessing.write import Entry
+from muscle_bayes.data.repairing.clock import median_spacing
 from muscle_bayes.data.units import Kind, Unit, examples, unit_of
 
 POSITIONS: Final[tuple[Kind, ...]] = (
@@ -136,7 +138,11 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
         text = f"Unit of {_shown(time)}, whose rows lie {_usual_step(time):.4g} apart (s, ms, us)"
         return Question("time_unit", text, likely)
     for column in guess.likely("temperature_a", "temperature_b"):
-        if answers.temperature_unit is None and column.unit is None and (odd := _odd(column)):
+        if (
+            answers.temperature_unit is None
+            and column.unit is None
+            and (odd := likely_temperature(column.values))
+        ):
             return Question(
                 "temperature_unit", f"Unit of {_shown(column)} (degC, kelvin, degF)", odd
             )
@@ -229,9 +235,7 @@ def _odd_time(column: Column, position: Column | None) -> str:
 
 
 def _usual_step(column: Column) -> float:
-    """How far apart rows usually lie; 0 where none rises."""
-    steps = np.diff(column.values[np.isfinite(column.values)])
-    return float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    return median_spacing(column.values[np.isfinite(column.values)])
 
 
 def _swings(column: Column) -> bool:
@@ -242,12 +246,3 @@ def _swings(column: Column) -> bool:
     away = values - np.mean(values)
     sides = np.sign(away[np.abs(away) > 0.1 * np.ptp(values)])
     return int(np.sum(np.diff(sides) != 0)) >= 4
-
-
-def _odd(column: Column) -> str:
-    """The likely unit of temperatures that are no degrees C."""
-    values = column.values[np.isfinite(column.values)]
-    if not values.size:
-        return ""
-    low = float(np.percentile(values, 5))
-    return "kelvin" if low > 200.0 else "degF" if low > 45.0 else ""

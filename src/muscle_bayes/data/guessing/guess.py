@@ -12,6 +12,7 @@ from muscle_bayes.data.guessing.roles import Column, describe_columns
 from muscle_bayes.data.reading.frames import hdf5_rows, parquet_rows
 from muscle_bayes.data.reading.lvm import is_lvm, lvm_body
 from muscle_bayes.data.reading.text import split_lines
+from muscle_bayes.data.reading.widths import pair_decimals
 
 
 @dataclass
@@ -110,7 +111,7 @@ def guess_log(content: bytes, path: Path) -> Guess:
     rows = layout.rows
     width = layout.width
     if decimal == "," and layout.header and width == 2 * len(layout.header):
-        rows = [(n, [",".join(row[i : i + 2]) for i in range(0, width, 2)]) for n, row in rows]
+        rows = pair_decimals(rows)
         width //= 2
     cells = [tuple(row[at] for _, row in rows) for at in range(width)]
     columns = describe_columns(layout.header, layout.units_row, cells, decimal, thousands)

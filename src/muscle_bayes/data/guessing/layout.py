@@ -1,6 +1,5 @@
 """Layout of a text log, guessed: separator, decimal sign, header, lines above it."""
 
-import csv
 import re
 from collections import Counter
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.reading.cells import is_number, numbers
 from muscle_bayes.data.reading.header import bare, is_units_row
 from muscle_bayes.data.reading.lvm import is_lvm
+from muscle_bayes.data.reading.preamble import SEPARATOR_LINE, without_comments
 from muscle_bayes.data.reading.rows import Row, parse_rows
 from muscle_bayes.data.reading.text import decode, split_lines
 
@@ -69,7 +69,7 @@ def guess_layout(content: bytes, path: Path) -> Layout:
     lines = [(n, line) for n, line in lines if line.strip()]
     if not lines:
         raise RunError.at(path, "the log is empty", "give the log with its rows")
-    said = re.fullmatch(r'"?sep=(.)"?,*\s*', lines[0][1], re.IGNORECASE)
+    said = SEPARATOR_LINE.fullmatch(lines[0][1])
     lines = lines[1:] if said else lines
     plain = [(n, line) for n, line in lines if not line.lstrip().startswith("#")]
     body = plain[-_LOOKED_AT:] if len(plain) > _LOOKED_AT else plain[len(plain) // 4 :]
@@ -168,7 +168,7 @@ def _find_header(
         layout.units_row = flat[at][1]
         at -= 1
     names = [bare(cell) for cell in flat[at][1]] if at >= 0 else []
-    hidden = _hidden_header(plain[first][0], lines, separator, width) if at < 0 else []
+    _, _, hidden = without_comments(lines, "#", separator, None) if at < 0 else (None, None, None)
     while len(names) > width and not names[-1]:
         names.pop()
     if width == 1 and names and _KEY_VALUE.match(names[0]):
@@ -177,8 +177,8 @@ def _find_header(
     if names and fits and any(names) and not all(map(is_number, filter(None, names))):
         layout.header = names
         top = flat[at][0]
-    elif hidden:
-        layout.header, top = hidden, 1
+    elif hidden is not None:
+        layout.header, top = [bare(cell) for cell in hidden[1]], 1
     else:
         layout.keys["header"] = False
         top, layout.units_row = flat[first][0], []
@@ -198,21 +198,6 @@ def _is_data(cells: list[str], width: int, decimal: str) -> bool:
         for cell in filled
     )  # fmt: skip
     return len(cells) == width and bool(filled) and good == len(filled)
-
-
-def _hidden_header(
-    first: int, lines: list[tuple[int, str]], separator: str, width: int
-) -> list[str]:
-    """Names in the last comment above the rows, as numpy writes them."""
-    above = [line for n, line in lines if n < first and line.lstrip().startswith("#")]
-    if not above:
-        return []
-    try:
-        rows, _ = parse_rows([(1, above[-1].lstrip()[1:])], separator)
-    except csv.Error:
-        return []
-    names = [bare(cell) for cell in rows[0][1]] if rows else []
-    return names if len(names) == width else []
 
 
 def _is_paired(layout: Layout, separator: str | None) -> bool:

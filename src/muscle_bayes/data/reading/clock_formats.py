@@ -16,6 +16,7 @@ _CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
 Kind = Literal["number", "hms", "iso", "pattern"]
+_NAMED: Final[dict[str, Kind]] = {"number": "number", "hms": "hms", "iso": "iso"}
 
 
 class Times(NamedTuple):
@@ -40,7 +41,7 @@ def read_times(
     Returns:
         Times, and the format in which they stood.
     """
-    kind = _recognise(cells) if time_format is None else _kind(time_format)
+    kind = _recognise(cells) if time_format is None else _NAMED.get(time_format, "pattern")
     if kind == "number":
         return Times(numbers(cells, decimal, thousands), kind)
     if kind == "hms":
@@ -48,13 +49,6 @@ def read_times(
     if kind == "iso":
         return Times(np.array([_date(cell) for cell in cells]), kind)
     return Times(np.array([_stamp(cell, time_format or "") for cell in cells]), kind)
-
-
-def _kind(time_format: str) -> Kind:
-    for kind in ("number", "hms", "iso"):
-        if time_format == kind:
-            return kind  # type: ignore[return-value]
-    return "pattern"
 
 
 def _recognise(cells: Sequence[str]) -> Kind:

@@ -14,12 +14,13 @@ Lines = list[tuple[int, str]]
 """Numbers of lines in the file, from 1, and their text."""
 
 _MOST_HEADER_LINES = 8
-_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?,*\s*', re.IGNORECASE)
+SEPARATOR_LINE = re.compile(r'"?sep=(.)"?,*\s*', re.IGNORECASE)
+"""Excel's own line, which says what separates cells."""
 
 
 def cell_separator(lines: Lines, layout: LogFormat, path: Path) -> tuple[Lines, str]:
     """The lines without Excel's `sep=` line, and what separates their cells."""
-    said = _SEPARATOR_LINE.fullmatch(lines[0][1])
+    said = SEPARATOR_LINE.fullmatch(lines[0][1])
     if said:
         lines = lines[1:]
         if not lines:

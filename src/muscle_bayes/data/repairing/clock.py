@@ -5,7 +5,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Repair
 
 RESTART: Final = 1.0
@@ -26,24 +25,22 @@ def refuse_falling_time(ledger: Ledger) -> None:
     time = ledger.columns["time"]
     back = np.flatnonzero(np.diff(time) < 0) + 1
     if back.size > max(2.0, 0.9 * time.size):
-        raise RunError.at(
-            ledger.path,
+        raise ledger.refusal(
             f"the time column falls, from {time[0]:.6g} to {time[-1]:.6g} s: the newest row is first",
             "sort the rows by time",
-            row=int(ledger.lines[back[0]]),
-            column=ledger.names["time"],
+            back[0],
+            "time",
         )
     if back.size > max(2.0, _MOST_BACK * time.size):
-        row = int(back[0])
-        raise RunError.at(
-            ledger.path,
+        row = back[0]
+        raise ledger.refusal(
             f"the time column does not rise: it goes back in {back.size} of {time.size} rows, first "
             f"from {time[row - 1]:.6g} to {time[row]:.6g} s",
             "where rows are evenly spaced, give their rate as sample_rate (rows per second) in "
             "[log]; else export a time that runs on",
-            row=int(ledger.lines[row]),
-            column=ledger.names["time"],
-            key="log.sample_rate",
+            row,
+            "time",
+            "log.sample_rate",
         )
 
 
@@ -55,15 +52,13 @@ def drop_duplicates(ledger: Ledger) -> None:
     time = ledger.columns["time"]
     same = np.diff(time, prepend=np.nan) == 0
     if same.sum() > 0.3 * same.size:
-        row = int(np.flatnonzero(same)[0])
-        raise RunError.at(
-            ledger.path,
+        raise ledger.refusal(
             f"{int(same.sum())} of {same.size} rows have the time stamp of the row before: stamps "
             f"are {median_spacing(time):.4g} s apart, coarser than rows",
             "export finer times, or give the rows' rate as sample_rate (rows per second) in [log]",
-            row=int(ledger.lines[row]),
-            column=ledger.names["time"],
-            key="log.sample_rate",
+            same,
+            "time",
+            "log.sample_rate",
         )
     ledger.record("duplicate time", same, "time stamp of the row before: the first row kept")
     ledger.drop(same)
@@ -152,13 +147,12 @@ def _displaced_block(time: Floats, row: int, median: float) -> tuple[int, int, f
 def _refuse_restart(ledger: Ledger, time: Floats, back: NDArray[np.intp]) -> None:
     restarts = back[time[back - 1] - time[back] >= RESTART]
     if restarts.size:
-        row = int(restarts[0])
-        raise RunError.at(
-            ledger.path,
+        row = restarts[0]
+        raise ledger.refusal(
             f"time jumps back by {time[row - 1] - time[row]:.6g} s, the log was restarted there",
             "make a run of each part, or remove the row before if its time stamp is wrong",
-            row=int(ledger.lines[row]),
-            column=ledger.names["time"],
+            row,
+            "time",
         )
 
 

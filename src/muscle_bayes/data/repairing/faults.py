@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.repairing.jumps import find_frozen, find_jumps
 from muscle_bayes.data.repairing.ledger import Ledger, Mask
 
@@ -74,14 +73,12 @@ def drop_glitches(ledger: Ledger, bits: int, step: float = 1.0) -> None:
     off = np.abs(reading - np.rint(reading / step) * step)
     mask = (reading < low) | (reading > most) | (off > (0.0 if step == 1.0 else 1e-6))
     if mask.sum() > few:
-        first = int(np.flatnonzero(mask)[0])
-        raise RunError.at(
-            ledger.path,
-            f"{reading[first]:g} is no {bits}-bit count, and {mask.sum()} rows have such readings",
+        raise ledger.refusal(
+            f"{reading[mask][0]:g} is no {bits}-bit count, and {mask.sum()} rows have such readings",
             f"log whole counts of {low}..{most}, give the converter's potentiometer.bits, or set "
             "columns.position_unit to the unit it is in",
-            row=int(ledger.lines[first]),
-            column=ledger.names["reading"],
+            mask,
+            "reading",
         )
     name = ledger.names["reading"]
     ledger.record(

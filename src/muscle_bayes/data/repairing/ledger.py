@@ -59,13 +59,28 @@ class Ledger:
         self.faulty.update(lines.tolist())
         self._refuse_many()
 
+    def refusal(
+        self,
+        problem: str,
+        fix: str,
+        at: "int | np.integer | Mask | None" = None,
+        column: str | None = None,
+        key: str | None = None,
+    ) -> RunError:
+        """What is wrong with a column, at a row of the table or the first row of a mask."""
+        if isinstance(at, np.ndarray):
+            at = np.flatnonzero(at)[0]
+        row = None if at is None else int(self.lines[at])
+        name = None if column is None else self.names[column]
+        return RunError.at(self.path, problem, fix, row=row, column=name, key=key)
+
     def _refuse_many(self) -> None:
         if len(self.faulty) > max(1.0, MOST_FAULTY * self.total):
             told = "; ".join(map(str, self.repairs))
+            problem = f"{len(self.faulty)} of {self.total} rows are faulty, more than "
             raise RunError.at(
                 self.path,
-                f"{len(self.faulty)} of {self.total} rows are faulty, more than "
-                f"{MOST_FAULTY:.0%} ({told})",
+                f"{problem}{MOST_FAULTY:.0%} ({told})",
                 "correct or cut the log",
                 row=min(self.faulty),
             )

@@ -119,8 +119,8 @@ def calibration_model(
 
     Args:
         runs: as `read_runs` gives them; those that are fitted together log one unit of position.
-        friction: "coulomb", dry friction that sticks (D in N m or N), or "linear", friction
-            proportional to speed (D in N m s or N s/m).
+        friction: "coulomb": dry friction that sticks, D in N m or N. "linear": friction
+            proportional to speed, D in N m s or N s/m.
         effects: names of effects of the catalogue, in the order in which they act.
         priors: distributions that replace the default ones, by the name of a site or of a parameter
             of Table 2.

@@ -206,7 +206,7 @@ def identify(posterior: Posterior) -> Identifiability:
 
     Returns:
         Of each parameter how much narrower the posterior is than the prior, and whether it sits at
-        a bound; pairs that trade off; directions that the data do not determine.
+        a bound. Also pairs that trade off, and directions that the data do not determine.
 
     Example:
         >>> import muscle_bayes as mb

@@ -39,8 +39,8 @@ def predict_runs(
 ) -> list[Prediction]:
     """Predictions of runs, whether the posterior has seen them or not.
 
-    A run with the name of a fitted one keeps that run's own zero, start and first HYST strain, so
-    that a record continued past the fitted part is predicted ahead. Another run's own unknowns are
+    A run with the name of a fitted one keeps that run's own zero, start and first HYST strain. So a
+    record that continues past the fitted part is predicted ahead. Another run's own unknowns are
     estimated from its first 30 % (SETTLING_SHARE), and the rest is predicted ahead.
 
     Args:

@@ -1,14 +1,15 @@
 """What a candidate of a nested model says of every lane, as compiled programs."""
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from muscle_bayes.inference.model.density import LaneFit, explained
+from muscle_bayes.inference.model.density import explained
 from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.lane_model import (
     Inputs,
@@ -108,15 +109,27 @@ def values_of(
 
 
 class Explained(NamedTuple):
-    """A point, judged."""
+    """A point, judged. Errors are those of all groups, flat."""
 
     potential: Float[Array, ""]
     """Negative log posterior density."""
-    fits: list[LaneFit]
+    parts: Float[Array, " part"]
+    """Standardised one-step-ahead errors, then the logs of their scales; 0 where nothing is observed."""
+    log_densities: Float[Array, " error"]
+    """Of each observed reading given the earlier ones; 0 where none."""
     residuals: list[Float[Array, "lane interval"]]
     """Reading minus model [log's unit]."""
     hyst: list[Float[Array, "lane interval"]]
     """sigma_hyst of side A."""
+    pull: Float[Array, " n"]
+    """Gradient of the log prior."""
+    prior: Float[Array, " n"]
+    """Diagonal of the prior's precision."""
+
+    @property
+    def errors(self) -> Float[Array, " error"]:
+        """Standardised one-step-ahead errors."""
+        return self.parts[: len(self.parts) // 2]
 
 
 def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Explained:
@@ -133,9 +146,29 @@ def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Expl
             predicted, data.lanes, layout.regimes, layout.segmented, strict=True
         )
     ]
-    hyst = [motion.hyst for motion in motions]
-    potential = -(likelihood + log_prior_at(point, choice, layout, data))
-    return Explained(potential, fits, residuals, hyst)
+    log_prior, pull, prior = prior_at(point, choice, layout, data)
+    return Explained(
+        potential=-(likelihood + log_prior),
+        parts=_flat([*(fit.errors for fit in fits), *(fit.log_scale for fit in fits)]),
+        log_densities=_flat([fit.log_density for fit in fits]),
+        residuals=residuals,
+        hyst=[motion.hyst for motion in motions],
+        pull=pull,
+        prior=prior,
+    )
+
+
+def prior_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> tuple[Array, Array, Array]:
+    """Log prior density, its gradient, and the diagonal of its precision."""
+    here = partial(jax.value_and_grad(log_prior_at), choice=choice, layout=layout, data=data)
+    (value, pull), (_, bend) = jax.jvp(here, (point,), (jnp.ones_like(point),))
+    return value, pull, -bend
+
+
+def _flat(parts: list[Array]) -> Array:
+    return jnp.concatenate([part.ravel() for part in parts])
 
 
 @program
@@ -147,28 +180,25 @@ def explained_at(
 
 
 class Look(NamedTuple):
-    """A point with its derivatives, as least squares looks at it. Errors are those of all groups, flat."""
+    """A point with its derivatives, as least squares looks at it."""
 
-    potential: Float[Array, ""]
-    gradient: Float[Array, " n"]
-    information: Float[Array, "n n"]
+    seen: Explained
+    gradient: Float[Array | np.ndarray, " n"]
+    """Of the potential."""
+    information: Float[Array | np.ndarray, "n n"]
     """Fisher information of the likelihood plus the prior's precision."""
-    prior: Float[Array, " n"]
-    """Diagonal of the prior's precision."""
-    errors: Float[Array, " error"]
-    """Standardised one-step-ahead errors; 0 where nothing is observed."""
-    log_densities: Float[Array, " error"]
-    """Of each observed reading given the earlier ones; 0 where none."""
-    jacobian: Float[Array, "n error"]
-    """Derivatives of the errors."""
-    residuals: list[Float[Array, "lane interval"]]
-    """Reading minus model [log's unit]."""
-    hyst: list[Float[Array, "lane interval"]]
-    """sigma_hyst of side A."""
+    slopes: Float[Array | np.ndarray, "n part"]
+    """Derivatives of the parts."""
 
+    @property
+    def potential(self) -> Float[Array, ""]:
+        """Negative log posterior density."""
+        return self.seen.potential
 
-def _flat(parts: list[Array]) -> Array:
-    return jnp.concatenate([part.ravel() for part in parts])
+    @property
+    def jacobian(self) -> Float[Array | np.ndarray, "n error"]:
+        """Derivatives of the errors."""
+        return self.slopes[:, : self.slopes.shape[1] // 2]
 
 
 @program
@@ -179,29 +209,13 @@ def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Dat
     half of what is known of noise parameters, whose steps would then be twice too long.
     """
 
-    def judged(point: Array) -> tuple[tuple[Array, Array, Array], Explained]:
+    def judged(point: Array) -> tuple[tuple[Array, Array], Explained]:
         found = _explained(point, choice, layout, data)
-        errors = _flat([fit.errors for fit in found.fits])
-        return (found.potential, errors, _flat([fit.log_scale for fit in found.fits])), found
+        return (found.potential, found.parts), found
 
-    def along(direction: Array) -> tuple[tuple[Array, Array, Array], Explained]:
+    def along(direction: Array) -> tuple[tuple[Array, Array], Explained]:
         return jax.jvp(judged, (point,), (direction,), has_aux=True)[1:]
 
-    (gradient, errors, scales), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
-
-    def slope(point: Array) -> Array:
-        return jax.grad(log_prior_at)(point, choice, layout, data)
-
-    prior = -jax.jvp(slope, (point,), (jnp.ones_like(point),))[1]
-    precision = jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
-    return Look(
-        potential=found.potential,
-        gradient=gradient,
-        information=errors @ errors.T + scales @ scales.T + precision,
-        prior=prior,
-        errors=_flat([fit.errors for fit in found.fits]),
-        log_densities=_flat([fit.log_density for fit in found.fits]),
-        jacobian=errors,
-        residuals=found.residuals,
-        hyst=found.hyst,
-    )
+    (gradient, slopes), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
+    precision = jnp.diag(jnp.maximum(found.prior, LEAST_PRECISION))
+    return Look(found, gradient, slopes @ slopes.T + precision, slopes)

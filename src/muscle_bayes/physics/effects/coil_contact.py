@@ -16,7 +16,7 @@ class CoilContact(Effect):
 
     K_contact: `stiffness` [N per unit strain]; sigma_onset: `onset`, the strain at which the first
     coils touch [-]; w: `width`, the strains over which the others follow, evenly [-]. With w = 0 all
-    touch at once. Source: thesis, eq. 18 (onset 0, width 0, very stiff); its test T1 shows a gradual loss
+    touch at once. Source: thesis, eq. 18 (onset 0, width 0, very stiff). Its test T1 shows a gradual loss
     of contraction below 5 % strain: onset and width near 0.05.
     """
 

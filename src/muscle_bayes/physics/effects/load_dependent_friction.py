@@ -16,7 +16,7 @@ class LoadDependentFriction(Effect):
     R_d and F: of the load and of what drives the rotor [N m or N]. A bearing, gear or screw rubs harder
     the harder it is pressed.
     Source: Duclusaud et al., Extended friction models for the physics simulation of servo actuators
-    (2024), arXiv 2410.08650, load-dependent friction, whose external and motor torque these are.
+    (2024), arXiv 2410.08650: load-dependent friction of external and motor torque.
     """
 
     name: ClassVar[str] = "load-dependent-friction"

@@ -30,14 +30,14 @@ GAMMA = 1.0 - 0.5**0.5
 class QuasiStatic(PlantSolver):
     """0 = a(t, y) - d(t, y) sign(v), v = 0 while |a| <= d: motion whose inertia does not count.
 
-    The rotor slides to the drive of the step's middle, HYST crosses the step with the rotor along
-    (midpoint rule), the rotor slides on to the drive at the end: second order with dry friction. With
-    friction in proportion to speed, which is that of the mean over half a step, first order. `speed` of
-    the state is the mean over the step's second half, so that q - speed (t1 - t0) / 2 is the
-    coordinate in the middle; that of the initial state does not count. In the first step, even one of no
-    length, the rotor comes to rest. Where the load jumps a short step should follow, lest HYST sees the
-    new load from the old coordinate. What leaving inertia out changes is to be checked against
-    `StickSlip`.
+    First the rotor slides to the drive of the step's middle. Then HYST crosses the step with the rotor
+    along (midpoint rule). Last the rotor slides on to the drive at the end. The order is two with dry
+    friction. It is one with friction in proportion to speed, which is taken from the mean speed over half
+    a step. `speed` of the state is the mean over the step's second half. So q - speed (t1 - t0) / 2 is
+    the coordinate in the middle. The initial state's `speed` does not count. In the first step, even one
+    of no length, the rotor comes to rest. Where the load jumps a short step should follow, lest HYST
+    sees the new load from the old coordinate. What leaving inertia out changes is to be checked
+    against `StickSlip`.
 
     `stops`: endstops, `relaxing`: sides whose sigma_hyst moves; None: those of the plant that `simulate`
     is given. `search`: how rests are searched for.

@@ -26,13 +26,13 @@ from muscle_bayes.physics.solvers.play import Stops
 class StickSlip(PlantSolver):
     """dv/dt = a(t, y) - d(t, y) sign(v), v = 0 while |a| <= d at rest: fourth order.
 
-    A classical Runge-Kutta step with the sign of dry friction held. Where the speed has reversed at
-    its end, the step ends at the zero of the cubic through both ends' speeds and accelerations; the
-    coordinate there is that cubic's integral, HYST the cubic through its values and rates. From there
-    a second Runge-Kutta step slips back, or sticks, until the end. Breaking away from rest waits for
-    the next node, which is second order where heat causes it, and a second reversal in one step
-    is not seen: steps should be no longer than a twentieth of the rotor's period. States of effects
-    with memory move by the exponential midpoint rule, second order.
+    A classical Runge-Kutta step with the sign of dry friction held. If the speed has reversed at its
+    end, a cubic is laid through both ends' speeds and accelerations, and the step ends at its zero. The
+    coordinate there is that cubic's integral; HYST is the cubic through its own values and rates. From
+    there a second Runge-Kutta step slips back, or sticks, until the end. Breaking away from rest waits
+    for the next node, which is second order where heat causes it. A second reversal in one step is not
+    seen, so steps should be no longer than a twentieth of the rotor's period. States of effects with
+    memory move by the exponential midpoint rule, second order.
 
     `stops`: endstops; None: those of the plant that `simulate` is given, or none without it.
     `newton_steps`: of the search for the reversal, from a regula-falsi start; more than 6 change

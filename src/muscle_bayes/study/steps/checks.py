@@ -15,14 +15,15 @@ from muscle_bayes.inference.posteriors.predictive import predict_from_prior, pre
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
-from muscle_bayes.report.drift_figure import drift_figure
-from muscle_bayes.report.identifiability_figure import identifiability_figure
 from muscle_bayes.report.pairs_figure import pairs_figure
-from muscle_bayes.report.posterior_figures import posterior_figure
-from muscle_bayes.report.predictive_figures import predictive_figure, prior_predictive_figure
+from muscle_bayes.report.posterior_figures import identifiability_figure, posterior_figure
+from muscle_bayes.report.predictive_figures import (
+    drift_figure,
+    predictive_figure,
+    prior_predictive_figure,
+)
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
-from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 
 
@@ -32,7 +33,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
     moved = part == "muscle"
     fit = "muscle" if moved else f"fixture-{plan.config.friction}"
     fitted = plan.fitted(plan.roles.muscle if moved else plan.roles.fixture)
-    held = [run for run in plan.runs(plan.roles.held_out) if drives(run) == moved]
+    held = [run for run in plan.runs(plan.roles.held_out) if run.has_muscle == moved]
     posterior = Posterior.load(plan.posterior(fit))
     drawn = Drawn(plan)
     report("what is identified", 0, 3)
@@ -151,7 +152,7 @@ def _judged(
             _predicted_caption(one.run, check, one.run in plan.roles.held_out),
             origin_of([run]),
         )
-        if ahead and drives(run):
+        if ahead and run.has_muscle:
             found = drift(one, plan.config.seed)
             drifts[one.run] = found.as_dict()
             if not found.phases:

@@ -1,24 +1,82 @@
 """Gains of an antagonistic joint: tuned over new joints, tested on others."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from muscle_bayes.control.judging.judge import Judgement, trade_off
-from muscle_bayes.control.judging.specification import HOTTEST
+from muscle_bayes.control.judging.judge import Judgement
 from muscle_bayes.control.laws.gains import LawName, gains_header, gains_toml
 from muscle_bayes.control.laws.templates import TUNED
 from muscle_bayes.control.linear import loops
+from muscle_bayes.control.plant.design import Design, read_design
+from muscle_bayes.control.plant.draws import JointDraws, joint_draws
+from muscle_bayes.control.plant.heater_fit import HeaterPosterior, assumed_heater, fit_heater
 from muscle_bayes.control.scenarios.thesis import STEP, thesis_scenarios
 from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort
+from muscle_bayes.data import Run
+from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.inference.population import fit_population
+from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
-from muscle_bayes.report.control_figures import loop_figure, pareto_figure, responses_figure
+from muscle_bayes.report.control_figures import control_figures
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.steps.figures import Drawn, origin_of
-from muscle_bayes.study.steps.joints import draws_of
 from muscle_bayes.whole_file import write_whole
+
+_MIRRORED = ("rotor_radius", "anchor_x", "anchor_y")
+
+
+def mirrored(run: Run) -> Design:
+    """The muscle's own rig with a second one mounted on the other side like the first."""
+    fixture, muscle = run.metadata.fixture, run.metadata.element_a
+    sides = {f"{key}_b": getattr(fixture, f"{key}_a") for key in _MIRRORED}
+    told = {"fixture": fixture.model_copy(update=sides), "element_a": muscle, "element_b": muscle}
+    design = Design().model_copy(update=told)
+    if run.metadata.potentiometer is None:
+        return design
+    return design.model_copy(update={"potentiometer": run.metadata.potentiometer})
+
+
+def heater_of(plan: Plan, seed: int) -> HeaterPosterior:
+    """The heater's posterior from the runs that were held out, else from those fitted, else assumed."""
+    moved = [run for run in plan.runs(plan.roles.held_out) if run.has_muscle]
+    for runs in (moved, plan.runs(plan.roles.muscle)):
+        if not runs:
+            continue
+        try:
+            return fit_heater(runs, seed=seed)
+        except MuscleBayesError:
+            continue  # these never leave it certain what a heater does
+    return assumed_heater(seed)
+
+
+def draws_of(plan: Plan, count: int) -> tuple[JointDraws, list[str]]:
+    """Draws of joints, and what has to be told about where they come from.
+
+    Inertia and friction are those that the muscle was fitted with: the fixture's, with the friction that
+    the study takes.
+    """
+    seed = plan.config.seed
+    tubes = heater_of(plan, seed)
+    notes = [tubes.note(), "loops are simulated, no joint was measured"]
+    design = mirrored(plan.run(plan.roles.muscle[0]))
+    if plan.joint is not None:
+        design = read_design(plan.joint)
+        notes.append(f"joint: {plan.joint.name}")
+    else:
+        notes.append("joint: the muscle's rig with its mirror image on the other side")
+    revised = plan.found("revised")["fit"]
+    for name in dict.fromkeys((revised, "muscle")):
+        try:
+            population = fit_population({name: Posterior.load(plan.posterior(name))}, seed=seed)
+            draws = joint_draws(population, tubes.draws, count, design=design, seed=seed)
+        except MuscleBayesError as error:
+            notes.append(f"the {name} model is not used: {str(error).partition(' Fix:')[0]}")
+            continue
+        told = f"muscle: the {name} model; the spread between muscles is assumed, not measured"
+        return draws, [*notes, told]
+    raise MuscleBayesError("; ".join(notes))
 
 
 @dataclass(frozen=True)
@@ -77,34 +135,19 @@ def answers(result: Judgement, edges: dict[str, tuple[str, ...]]) -> list[str]:
     ]
 
 
+CAPTIONS: Final = {
+    "responses": "Responses of joints that were not tuned on, in every scenario: median and 90 % under the "
+    "recommended gains and under gains by the thesis' method; below each name, the share that meets "
+    "what is asked.",
+    "pareto": "Speed against heat, as all gains of a law are multiplied alike; large markers: as tuned.",
+    "loop": "Loop gain and sensitivity under the recommended gains, median and 90 % of joints; without dry "
+    "friction.",
+}
+
+
 def _draw(drawn: Drawn, found: TunedLaws, origin: str) -> None:
     result, bank = found.judgement, found.bank
-    law = result.recommended
-    others: Sequence[str] = [one for one in ("thesis",) if one != law]
-    drawn.add(
-        "control-responses",
-        responses_figure(result, [law, *others]),
-        "Responses of joints that were not tuned on, in every scenario: median and 90 % under the "
-        "recommended gains and under gains by the thesis' method; below each name, the share that meets "
-        "what is asked.",
-        origin,
-    )
-    curves = {
-        name: trade_off(bank, gains, result.scenarios[:2], HOTTEST, FACTORS)
-        for name, gains in result.gains.items()
-    }
-    drawn.add(
-        "control-pareto",
-        pareto_figure(curves, HOTTEST),
-        "Speed against heat, as all gains of a law are multiplied alike; large markers: as tuned.",
-        origin,
-    )
-    near = loops(bank.draws, result.gains[law], 0.5 * STEP, count=20)
-    if len(near.gain):
-        drawn.add(
-            "control-loop",
-            loop_figure({f"held at {0.5 * STEP:.2g} rad": near}, law),
-            "Loop gain and sensitivity under the recommended gains, median and 90 % of joints; without dry "
-            "friction.",
-            origin,
-        )
+    near = loops(bank.draws, result.gains[result.recommended], 0.5 * STEP, count=20)
+    looped = {f"held at {0.5 * STEP:.2g} rad": near} if len(near.gain) else {}
+    for name, figure in control_figures(result, bank, looped, FACTORS).items():
+        drawn.add(f"control-{name}", figure, CAPTIONS[name], origin)

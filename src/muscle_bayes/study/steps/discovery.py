@@ -16,7 +16,6 @@ from muscle_bayes.report.discovery_figures import (
 )
 from muscle_bayes.report.discovery_summary import verdict_text
 from muscle_bayes.study.plan import Plan
-from muscle_bayes.study.roles import drives
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.whole_file import write_whole
 
@@ -57,7 +56,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
 
 def _drifts(found: Discovery, runs: list[Run], seed: int) -> dict[str, Any]:
     """Creep while cold of held-out runs under the nominal and under the revised model."""
-    held = [run.name for run in runs if run.name in found.held_out and drives(run)]
+    held = [run.name for run in runs if run.name in found.held_out and run.has_muscle]
     return {
         name: {
             when: drift(judged.predictions[name], seed).as_dict()["slope_difference"]

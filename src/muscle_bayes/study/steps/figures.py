@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from muscle_bayes.data import Run
-from muscle_bayes.report.bands import mark_origin
-from muscle_bayes.report.style import save
+from muscle_bayes.report.style import mark_origin, save
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.whole_file import write_whole
 

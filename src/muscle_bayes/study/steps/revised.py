@@ -8,7 +8,7 @@ from muscle_bayes.inference.records.open_delay import with_open_delay
 from muscle_bayes.inference.sampling.fit import EFFORTS, fit
 from muscle_bayes.json_file import write_json
 from muscle_bayes.progress import Report
-from muscle_bayes.report.forest_figure import forest_figure
+from muscle_bayes.report.posterior_figures import forest_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
 from muscle_bayes.study.steps.figures import Drawn, origin_of

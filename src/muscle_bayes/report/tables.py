@@ -1,12 +1,10 @@
-"""Tables of the report: rows of text from results."""
+"""Tables of results: rows of text, for the report, Markdown and the terminal."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from muscle_bayes.markup import unit_of
-from muscle_bayes.study.config import Published
-from muscle_bayes.study.numbers import interval, number, percent
-from muscle_bayes.study.words import agrees
+from muscle_bayes.report.words import agrees, interval, number, percent
 
 Numbers = Mapping[str, Any]
 Table = dict[str, list[Any]]
@@ -18,6 +16,24 @@ SHOWN = 0.01
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     """Columns and rows as the template takes them."""
     return {"columns": list(columns), "rows": [list(row) for row in rows]}
+
+
+def markdown(found: Table) -> str:
+    """A table in Markdown."""
+    columns = found["columns"]
+    lines = [columns, ["---"] * len(columns), *found["rows"]]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def shown(found: Table) -> Any:
+    """A table as rich draws it."""
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    drawn = RichTable(*found["columns"])
+    for row in found["rows"]:
+        drawn.add_row(*map(Text, row))
+    return drawn
 
 
 def runs(data: Numbers, roles: Mapping[str, str]) -> Table:
@@ -47,7 +63,7 @@ def _ends(values: Sequence[float]) -> list[float]:
 
 
 def parameters(
-    summary: Numbers, units: Mapping[str, str], printed: Published | None, values: Mapping[str, Any]
+    summary: Numbers, units: Mapping[str, str], printed: str | None, values: Mapping[str, Any]
 ) -> Table:
     """Posterior of each parameter beside a published value."""
     rows = []
@@ -66,8 +82,7 @@ def parameters(
             inside = "" if ends is None else "yes" if agrees(row, ends) else "no"
             cells += [told, inside]
         rows.append((*cells, f"{row['rhat']:.3f}", f"{row['ess_bulk']:.0f}"))
-    name = "published" if printed is None else printed.name
-    beside = (name, "inside") if values else ()
+    beside = (printed or "published", "inside") if values else ()
     return table(("parameter", "unit", "mean", "90 % interval", *beside, "R-hat", "ESS"), rows)
 
 

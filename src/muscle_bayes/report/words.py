@@ -1,9 +1,51 @@
-"""Sentences of the report that state or compare numbers: all of them made from results."""
+"""Numbers as a reader wants them, and sentences that state or compare them, all made from results."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from muscle_bayes.study.numbers import interval, number, percent, plural
+from muscle_bayes.markup import RAISED
+
+MINUS = "−"
+SIGNAL_WORDS = {
+    "q": "angle or position",
+    "speed": "speed",
+    "load": "load",
+    "strain": "strain sigma of the muscle",
+    "hyst": "strain sigma_hyst of HYST",
+    "temperature": "temperature",
+}
+"""What a function may depend on, in words."""
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number to so many significant digits; powers of ten where it is very small or large."""
+    if value is None:
+        return "unknown"
+    if value == 0.0:
+        return "0"
+    size = abs(value)
+    if 1e-3 <= size < 1e5:
+        text = f"{value:#.{digits}g}".rstrip(".")
+        text = text if "e" not in text else f"{value:.0f}"
+        return text.replace("-", MINUS)
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa}·10{str(int(exponent)).translate(RAISED)}".replace("-", MINUS)
+
+
+def interval(row: Mapping[str, Any], digits: int = 4) -> str:
+    """The central 90 %."""
+    return f"{number(row['q05'], digits)} to {number(row['q95'], digits)}"
+
+
+def percent(share: float) -> str:
+    """A share in percent."""
+    return f"{100.0 * share:.0f} %"
+
+
+def plural(count: int, noun: str) -> str:
+    """Count and noun."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
 
 Numbers = Mapping[str, Any]
 
@@ -114,6 +156,19 @@ def inertia(name: str, run: Numbers) -> str:
     )
 
 
+def curve(found: Numbers) -> str:
+    """A function that nobody has named in words: its coefficients would tell nobody anything."""
+    told, port = found["curve"], found["port"]
+    unit = "" if told["unit"] == "1" else f" {told['unit']}"
+    what = "The damper's logarithm" if port == "damper" else f"The {port}"
+    by_value = sorted(zip(told["median"], told["signal"], strict=True))
+    low, high = (f"{value:+.3g}{unit} at {at:.3g}" for value, at in (by_value[0], by_value[-1]))
+    return (
+        f"{what} changes by {low} to {high}, the {SIGNAL_WORDS[found['signals'][0]]} being from "
+        f"{told['signal'][0]:.3g} to {told['signal'][-1]:.3g}"
+    )
+
+
 def step(found: Numbers) -> str:
     """What an added effect is, how sure that is, and what it brings."""
     values = "; ".join(
@@ -121,6 +176,8 @@ def step(found: Numbers) -> str:
         + f" (90 %: {number(one['low'])} to {number(one['high'])})"
         for name, one in found["parameters"].items()
     )
+    if found["curve"] is not None:
+        values = curve(found)
     gate = found["gate"]
     signals = f", a function of {', '.join(found['signals'])}" if found["signals"] else ""
     return (
