@@ -64,13 +64,15 @@ class Predictive:
     inputs: int = 2
     price: Price = field(default_factory=Price)
     rounds: int = 2
+    sloped: casadi.Function | None = None
+    """What slopes are taken of, where `stage` has corners; by default `stage`."""
 
     def __post_init__(self) -> None:
         n, self.states = len(self.horizon.steps), self.stage.size1_in(0)
         self.roll = self.stage.mapaccum("roll", n)
         x, u = casadi.SX.sym("x", self.states), casadi.SX.sym("u", self.inputs)
         d, h = casadi.SX.sym("d", self.stage.size1_in(2)), casadi.SX.sym("h")
-        after = self.stage(x, u, d, h)
+        after = (self.sloped or self.stage)(x, u, d, h)
         slopes = casadi.Function(
             "slopes", [x, u, d, h], [casadi.jacobian(after, x), casadi.jacobian(after, u)]
         )

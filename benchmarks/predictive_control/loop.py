@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array
 
 from benchmarks.predictive_control.controller import Horizon, Predictive, Price
-from benchmarks.predictive_control.model import STATE, numbers_of, stage_function
+from benchmarks.predictive_control.model import SOFTENED, STATE, numbers_of, stage_function
 from benchmarks.predictive_control.observer import Belief, Observer
 from muscle_bayes.control.closed_loop import Clock, Trace, simulate, start_of
 from muscle_bayes.control.judging.metrics import Metrics, metrics
@@ -49,13 +49,19 @@ class Controller:
         self.room = numbers.room
         self.sensor = median.potentiometer
         self.horizon = Horizon(tuple(self.step * n for n in settings.steps))
-        stage = stage_function(numbers)
+        stage, sloped = stage_function(numbers), stage_function(numbers, SOFTENED)
         bounded = np.zeros((2, STATE))  # T + caution T'
         for side in (0, 1):
             bounded[side, side] = settings.caution * numbers.gain[side]
             bounded[side, 2 + side] = 1.0 - settings.caution * numbers.cooling[side]
         self.plans = Predictive(
-            stage, self.horizon, STATE - 1, bounded, price=settings.price, rounds=settings.rounds
+            stage,
+            self.horizon,
+            STATE - 1,
+            bounded,
+            price=settings.price,
+            rounds=settings.rounds,
+            sloped=sloped,
         )
         lag = float(median.thermocouples.lag)
         self.observer = Observer(numbers, lag, float(self.sensor.radians_per_count), self.step)

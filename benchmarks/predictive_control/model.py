@@ -12,8 +12,11 @@ from muscle_bayes.physics.muscle import DAMPER_FLOOR, MuscleParameters
 
 NEWTON_STEPS = 2
 """From the angle of one instant to that of the next, which is near."""
+SHARP = 100.0
+"""Dry friction's corners are rounded over a band of D divided by this: a resting joint hardly creeps."""
 SOFTENED = 3.0
-"""Dry friction is rounded over a band of D divided by this, so that a resting joint has a slope."""
+"""The same where slopes are taken, for a joint that rests has none. With such corners a prediction would
+creep to the setpoint by itself, and the joint would be left where it sticks."""
 STATE = 7
 """Power share and temperature above the room of A and B, sigma_hyst of A and B, angle."""
 DISTURBANCES = 3
@@ -113,11 +116,11 @@ def torque_function(numbers: Numbers) -> casadi.Function:
     return casadi.Function("torque", [q, hyst, warm], [rows[0][0] + rows[1][0], rates])
 
 
-def _beyond_friction(torque: Any, dry: float) -> Any:
+def _beyond_friction(torque: Any, dry: float, corners: float) -> Any:
     """Torque beyond what dry friction withstands, with rounded corners: it slides by that."""
     if dry <= 0.0:
         return torque
-    width = dry / SOFTENED
+    width = dry / corners
 
     def above(x: Any) -> Any:
         # log(1 + e^x) without overflow
@@ -139,7 +142,7 @@ def _heated(
     return duty + lags * behind, excess
 
 
-def stage_function(numbers: Numbers) -> casadi.Function:
+def stage_function(numbers: Numbers, corners: float = SHARP) -> casadi.Function:
     """(state, duties as shares [2], disturbances, step [s]) to the state after the step.
 
     Heaters exactly, HYST by an explicit step, then the angle to where friction holds, by Newton steps.
@@ -156,9 +159,9 @@ def stage_function(numbers: Numbers) -> casadi.Function:
     slope = casadi.Function("slope", [angle, x, u, d, step], [pull, casadi.jacobian(pull, angle)])
     # Friction resists from where the joint was: what is beyond it at q moves the joint, once.
     value, steep = slope(q, x, u, d, step)
-    moved = q - _beyond_friction(value + d[2], numbers.friction) / steep
+    moved = q - _beyond_friction(value + d[2], numbers.friction, corners) / steep
     for _ in range(NEWTON_STEPS - 1):
-        aim = value + d[2] - _beyond_friction(value + d[2], numbers.friction)
+        aim = value + d[2] - _beyond_friction(value + d[2], numbers.friction, corners)
         there, steep = slope(moved, x, u, d, step)
         moved = moved - (there + d[2] - aim) / steep
     after = casadi.vertcat(*power, *excess, hyst, moved)
