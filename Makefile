@@ -1,7 +1,7 @@
 # `make study` does the main job, `make test` passes the tests; each sets up what it needs in .venv.
 
 .DEFAULT_GOAL := help
-.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc bench-docs rigs effect-table control real calibration trial stories bench bench-discovery bench-lock notebooks docs readme-figure package
+.PHONY: help study test test-slow lint lock data clean firmware firmware-tools firmware-if-possible browser-if-possible protocol-doc bench-docs rigs effect-table control real calibration trial stories bench predictive bench-discovery bench-lock notebooks docs readme-figure package
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -120,6 +120,9 @@ bench: $(BENCH_READY) ## race gradient and sampler against others, see how cost 
 	@$(BENCH)/bin/python -m benchmarks.sampling
 	@$(BENCH)/bin/python -m benchmarks.scaling
 	@$(BENCH)/bin/python -m benchmarks.table
+
+predictive: $(BENCH_READY) ## run predictive control beside `make control`'s laws, write docs/predictive-control.md (long)
+	@$(BENCH)/bin/python -m benchmarks.predictive_control $(STUDIED)/muscle.nc --heater data/sawtooth.csv
 
 bench-discovery: $(READY) ## CPU-minutes of discovery, cold and warm (REAL=folder of measured rigs)
 	@$(BIN)/python -m benchmarks.discovery shipped=data/plain stories=data $(if $(REAL),drop=$(REAL)/xl330-drop axis=$(REAL)/emps)

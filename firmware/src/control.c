@@ -12,8 +12,8 @@
 #define FEEDS 9
 
 _Static_assert(GAINS_PERIOD_MS >= 1 && GAINS_PERIOD_MS <= 1000, "GAINS_PERIOD_MS is out of range");
-_Static_assert(GAINS_KP >= INT16_MIN && GAINS_KP <= INT16_MAX, "GAINS_KP is out of range");
-_Static_assert(GAINS_KI >= INT16_MIN && GAINS_KI <= INT16_MAX, "GAINS_KI is out of range");
+_Static_assert(GAINS_KP >= -131071L && GAINS_KP <= 131071L, "GAINS_KP is out of range");
+_Static_assert(GAINS_KI >= -131071L && GAINS_KI <= 131071L, "GAINS_KI is out of range");
 _Static_assert(GAINS_FILTER >= 1 && GAINS_FILTER <= 65536, "GAINS_FILTER is out of range");
 _Static_assert(GAINS_BIAS >= 0 && GAINS_BIAS <= FULL_DUTY, "GAINS_BIAS is out of range");
 _Static_assert(GAINS_FADE_LOW < GAINS_FADE_HIGH, "GAINS_FADE_LOW is not below GAINS_FADE_HIGH");

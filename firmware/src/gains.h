@@ -16,8 +16,8 @@
 
 #define GAINS_PERIOD_MS 30      /* 1 to 1000 */
 #define GAINS_CASCADE 0         /* 1: v is a temperature [0.1 C]; 0: v is a duty */
-#define GAINS_KP 0L             /* per count, times 2^8; -32768 to 32767 */
-#define GAINS_KI 0L             /* per count and period, times 2^16; -32768 to 32767 */
+#define GAINS_KP 0L             /* per count, times 2^8; -131071 to 131071 */
+#define GAINS_KI 0L             /* per count and period, times 2^16; -131071 to 131071 */
 #define GAINS_BACK 0L           /* 2^-8 counts per unit of v */
 #define GAINS_FILTER 65536L     /* times 2^16 */
 #define GAINS_BIAS 0            /* of both heaters, co-contraction; duty, or 0.1 C */

@@ -252,7 +252,9 @@ def test_limits_hold_for_it(holding):
         assert max(holding.duties) <= 60
 
 
-@pytest.mark.parametrize("number", ["KP 40000L", "KI -40000L", "BIAS 256", "BIAS -1", "FILTER 0L"])
+@pytest.mark.parametrize(
+    "number", ["KP 140000L", "KI -140000L", "BIAS 256", "BIAS -1", "FILTER 0L"]
+)
 def test_gains_that_are_out_of_range_are_not_compiled(firmware, tmp_path, number):
     text = f"#undef GAINS_{number.split()[0]}\n#define GAINS_{number}\n"
     made = build(firmware.parent, tmp_path, "host", text=text)

@@ -105,7 +105,7 @@ def test_rounding_to_the_bench_keeps_gains_within_half_a_unit(proportional, inte
     ("gains", "told"),
     [
         (Gains(proportional=1e5, integral=1.0), "times what the firmware's integers hold"),
-        (Gains(proportional=100.0, integral=1e4), "times what the firmware's integers hold"),
+        (Gains(proportional=100.0, integral=2e4), "times what the firmware's integers hold"),
         (Gains(proportional=0.1, integral=10.0), "too small"),
     ],
 )

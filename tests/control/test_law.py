@@ -14,8 +14,8 @@ from muscle_bayes.control.plant.design import Design
 
 NUMBERS = st.builds(
     Numbers,
-    kp=st.integers(-32767, 32767),
-    ki=st.integers(-32767, 32767),
+    kp=st.integers(-131071, 131071),
+    ki=st.integers(-131071, 131071),
     back=st.integers(-4000, 4000),
     filter=st.integers(1, 65536),
     bias=st.integers(0, 255),

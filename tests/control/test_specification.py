@@ -9,6 +9,8 @@ from muscle_bayes.control.judging.feasible import feasible
 from muscle_bayes.control.judging.judge import Judgement, standard_error
 from muscle_bayes.control.judging.metrics import RUNAWAY, Metrics
 from muscle_bayes.control.judging.specification import Specification, cvar, wanted, within_reach
+from muscle_bayes.control.plant.design import Design
+from muscle_bayes.control.plant.draws import JointDraws
 from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.control.scenarios.thesis import load_sine, load_step, setpoint_sine, square, step
 from muscle_bayes.report.control_page import _page
@@ -133,3 +135,20 @@ def test_the_best_input_keeps_its_bounds_and_knows_what_is_out_of_reach(joints):
     assert (best["near"].peak_temperature < 101.0).all()
     assert (best["far"].settling_time == np.inf).all()
     assert (best["far"].peak_temperature < 104.0).all()
+
+
+SLACK = {
+    "A": (-1.373e-5, -1.025e-5), "B": (1.001e-4, -1.871e-5), "C": (0.07193, 0.06673),
+    "F_hyst_min": (4.215, 0.8583), "K_hyst": (441.3, 480.4), "F_modulus_min": (3.039, 5.752),
+    "K_modulus": (221.5, 215.8), "H": (-544.6, -635.6), "T_hyst_offset": (-243.5, -271.2),
+    "heater.gain": (4.69, 4.70), "heater.cooling": (0.0199, 0.0192), "heater.lag": (0.24, 0.24),
+    "J": 1.24e-3, "D": 5.46e-3, "room": 26.8, "meter_lag": 2.0,
+}  # fmt: skip
+"""A drawn joint whose muscles are all but slack, so that the torque's slope vanishes in places."""
+
+
+def test_the_best_input_keeps_a_nearly_slack_joint_off_its_stops():
+    values = {key: np.asarray([value]) for key, value in SLACK.items()}
+    joint = JointDraws(Design(), "coulomb", (), values)
+    best = feasible(joint, [Scenario("step", "", step(0.03))], rounds=5)["step"]
+    assert best.tracking[0] < 0.5

@@ -19,7 +19,7 @@ MOST = 25
 PLAIN = [README, *GUIDES, *(DOCS / f"{name}.md" for name in (
     "index", "model", "conventions", "evidence", "glossary", "api", "gallery", "effects", "bench",
     "protocol", "run-format", "architecture", "contributing", "control", "discovery", "rigs",
-    "control-results", "discovery-stories", "real-rigs", "bench-trials",
+    "control-results", "discovery-stories", "predictive-control", "real-rigs", "bench-trials",
 )), PROJECT / "data" / "README.md", *sorted((PROJECT / "notebooks").glob("*.py"))]  # fmt: skip
 SECTIONS = sorted((Path(answers.__file__).parent / "document" / "sections").glob("*.typ"))
 REPORT = [Path(words.__file__), Path(answers.__file__), *SECTIONS]

@@ -77,6 +77,18 @@ def _responses():
     )
 
 
+def test_a_response_out_of_reach_says_what_its_share_is_of():
+    """Then peaks count as well as runaways."""
+    found = _responses()
+    limits = {"tracking": 2.0, "peak_temperature": 95.0}
+    found.specs["square"] = SimpleNamespace(infeasible="no input does", limits=limits)
+    panels = responses_figure(found, ["pi", "thesis"]).axes
+    told = {axis.get_title(loc="left").strip() or axis.get_title().strip(): axis for axis in panels}
+    texts = {name: axis.texts[0].get_text() for name, axis in told.items() if name}
+    assert texts["step"] == "meets: pi 50%\nthesis 50%"
+    assert texts["square"] == "no runaway, at most 95 °C:\npi 50%\nthesis 50%"
+
+
 FIGURES = {
     "discovery": lambda: discovery_figure(_discovered(1), "a", "synthetic"),
     "nothing discovered": lambda: discovery_figure(_discovered(0), "a", "measured"),

@@ -75,18 +75,24 @@ def _panel(axis: Axes, result: Judgement, scenario: Scenario, laws: Sequence[str
         )
         axis.plot(time, middle, color=colour, linewidth=1.0, label=f"{law}, median")
     axis.plot(time, setpoint, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), label="setpoint")
-    shares = [f"{law} {result.probability(law, scenario.name)[0]:.0%}" for law in laws]
-    # Where no input meets the specification, only a runaway counts.
-    what = "no runaway" if result.specs[scenario.name].infeasible else "meets"
-    axis.set_title(f"{scenario.name}{'\n' * len(laws)}", fontsize=8)
-    told = axis.text(
-        0.0, 1.02, f"{what}: " + "\n".join(shares), transform=axis.transAxes, fontsize=7, color=GREY
-    )
+    lines = _caption(result, scenario.name, laws)
+    axis.set_title(f"{scenario.name}{'\n' * len(laws)}", fontsize=8, pad=10)
+    told = axis.text(0.0, 1.02, "\n".join(lines), transform=axis.transAxes, fontsize=7, color=GREY)
     told.set_in_layout(False)
     shown = 60.0 if _swings_fast(scenario) else time[-1]
     axis.set_xlim(0.0, shown)
     reach = 1.9 * np.abs(setpoint).max()
     axis.set_ylim(-reach if setpoint.min() < 0 else -0.5 * reach, reach)
+
+
+def _caption(result: Judgement, scenario: str, laws: Sequence[str]) -> list[str]:
+    """What the shares are of, and the share of joints under each law."""
+    shares = [f"{law} {result.probability(law, scenario)[0]:.0%}" for law in laws]
+    spec = result.specs[scenario]
+    if not spec.infeasible:
+        return [f"meets: {shares[0]}", *shares[1:]]
+    # What was wanted is out of reach of any input; this is what is asked then.
+    return [f"no runaway, at most {spec.limits['peak_temperature']:g} °C:", *shares]
 
 
 def _swings_fast(scenario: Scenario) -> bool:

@@ -29,6 +29,8 @@ FEEDBACK = 2e4
 """Gain of the ideal feedback whose duties the optimisation starts from [duty / rad]."""
 UNHURRIED = 15.0
 """Time after a jump from which errors count wholly [s]."""
+LEAP = 0.1
+"""Most that the angle moves between instants [rad]: where a muscle goes slack, slopes vanish."""
 PER_KNOT = 4
 """Instants from knot to knot of the duties."""
 
@@ -111,7 +113,8 @@ def _response(
         force, slope = jax.jvp(lambda x: plant.force(x, still, hyst, drive), (q,), (1.0 + still,))
         dry = plant.dry_friction(q, still, hyst, drive)
         moving = force - jnp.clip(force, -dry, dry)
-        q = jnp.clip(q - moving / jnp.minimum(slope, -1e-6), *plant.stops)
+        leap = jnp.clip(moving / jnp.minimum(slope, -1e-6), -LEAP, LEAP)
+        q = jnp.clip(q - leap, *plant.stops)
         duty = jnp.clip(duty + feedback * (setpoint - q) * sides, 0.0, FULL_DUTY)
         seen = Trace(q, room + heat.excess, duty, hyst)
         hyst = hyst + step * plant.hyst_rate(q, still, hyst, drive)

@@ -19,7 +19,8 @@ from muscle_bayes.markup import html_table
 
 LawName = Literal["thesis", "pi", "two-degrees", "feedforward", "cascade"]
 Values = Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
-LARGEST: Final = 32767
+LARGEST: Final = 131071
+"""Magnitude of the firmware's KP and KI: half a count may ask for full duty."""
 TENTHS: Final = 10.0
 """The board's temperatures are in 0.1 C."""
 
@@ -123,6 +124,15 @@ def gains_toml(gains: Gains, head: str = "") -> str:
     comment = "".join(f"# {line}".rstrip() + "\n" for line in head.splitlines())
     written = comment + toml_keys(content)
     return written + "".join(f"\n[{key}]\n{toml_keys(one)}" for key, one in tables.items())
+
+
+def most_held(design: Design, period: float, cascade: bool = False) -> dict[str, float]:
+    """Largest `proportional` and `integral` that the firmware holds at a period [s], as in `Gains`."""
+    unit = design.potentiometer.radians_per_count * (TENTHS if cascade else 1.0)
+    return {
+        "proportional": LARGEST / (unit * 2**8) * (1.0 - 1e-9),
+        "integral": LARGEST / (unit * period * 2**16) * (1.0 - 1e-9),
+    }
 
 
 def board_numbers(gains: Gains, design: Design) -> Numbers:
