@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from muscle_bayes.data import read_runs
-from muscle_bayes.discovery.fit import Fitted, Search, Start, first_share, sampled_values
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start, first_share, sampled_values
 from muscle_bayes.discovery.gate import without_blocks
 from muscle_bayes.discovery.nominal import nest, without_runs
 from muscle_bayes.inference.model.density import unconstrain

@@ -11,7 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import biject_to
 
-from muscle_bayes.discovery.fit import Fitted, Search, Start
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start
 from muscle_bayes.inference.search.nested import Nested, general, is_function
 from muscle_bayes.physics.effects import effect_type
 

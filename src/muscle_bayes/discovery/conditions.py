@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from muscle_bayes.discovery.fit import Fitted, whole_weights
+from muscle_bayes.discovery.fitted import Fitted, whole_weights
 from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.physics.elements import Muscle
 

@@ -9,7 +9,8 @@ from jaxtyping import Float
 from scipy.special import logsumexp
 
 from muscle_bayes.discovery.conditions import is_settled
-from muscle_bayes.discovery.fit import Fitted, Search, Start, whole_weights
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start, whole_weights
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.result import Curve, Estimate
 from muscle_bayes.discovery.split_student import split_student

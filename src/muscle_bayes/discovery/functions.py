@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from muscle_bayes.discovery.conditions import Trace, traces
-from muscle_bayes.discovery.fit import Fitted, Search, Start
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start
 from muscle_bayes.discovery.gate import Unseen
 from muscle_bayes.discovery.nominal import nest
 from muscle_bayes.discovery.outcome import Found, Link

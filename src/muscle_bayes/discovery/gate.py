@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.discovery.fit import Fitted, Search, Start, whole_weights
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start, whole_weights
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.weigh import blocks_of, in_dispute
 from muscle_bayes.inference.model.problem import Data

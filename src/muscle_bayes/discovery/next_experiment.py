@@ -11,7 +11,7 @@ from muscle_bayes.bench.sequences import regimes
 from muscle_bayes.bench.sequences.sequence import Repeat, Stage
 from muscle_bayes.bench.sequences.sequence import Sequence as BenchSequence
 from muscle_bayes.bench.sequences.sequence_file import to_toml
-from muscle_bayes.discovery.fit import Fitted, noise_names
+from muscle_bayes.discovery.fitted import Fitted, noise_names
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.search.factored import FactoredPrecision

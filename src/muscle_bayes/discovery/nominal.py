@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
-from muscle_bayes.discovery.fit import Fitted, Search, Start, sampled_values
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start, sampled_values
 from muscle_bayes.inference.model.problem import Data, Problem, pose
 from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
 from muscle_bayes.inference.running.programs import constrained_at

@@ -15,7 +15,8 @@ from muscle_bayes.discovery.draws import (
     sampled,
     undetermined,
 )
-from muscle_bayes.discovery.fit import Fitted, Search
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted
 from muscle_bayes.discovery.gate import Gate
 from muscle_bayes.discovery.locate import MisfitMap, locate
 from muscle_bayes.discovery.next_experiment import propose

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from muscle_bayes.discovery.candidates import Candidate, candidates, promising
-from muscle_bayes.discovery.fit import Fitted, Search, Start, noise_names
+from muscle_bayes.discovery.fit import Search
+from muscle_bayes.discovery.fitted import Fitted, Start, noise_names
 from muscle_bayes.inference.search.other_basins import alternatives
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from muscle_bayes.discovery.conditions import Trace
-from muscle_bayes.discovery.fit import Fitted
+from muscle_bayes.discovery.fitted import Fitted
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
