@@ -170,11 +170,11 @@ def noise_floor(search: Search) -> dict[str, float]:
     nested, error, start = search.nested, error_of_reading(search), 0
     squares: dict[str, list[np.ndarray]] = {}
     for lanes, owners in zip(nested.data.lanes, nested.problem.lane_runs, strict=True):
+        whole = jax.tree.map(np.asarray, lanes)
         for lane, owner in enumerate(owners):
-            weight = np.asarray(lanes.weight[lane])
-            load = np.asarray(lanes.schedule.load[lane])
-            heat = np.asarray(lanes.schedule.temperature[lane, 1:, 0])
-            seen = (weight > 0) & is_settled(np.asarray(lanes.time[lane]), load, heat)
+            one = jax.tree.map(lambda x, lane=lane: x[lane], whole)
+            weight, schedule = one.weight, one.schedule
+            seen = (weight > 0) & is_settled(one.time, schedule.load, schedule.temperature[1:, 0])
             own = error[start : start + weight.size][seen]
             start += weight.size
             squares.setdefault(nested.problem.runs[owner].name, []).append(own**2)

@@ -1,5 +1,6 @@
 """Errors of data sets that a model itself would give, rounded as the sensor rounds."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -31,14 +32,15 @@ def replicated_errors(
         fitted.seen.residuals,
         strict=True,
     ):
-        noise, modelled = float(values[f"{regime}.noise"]), lanes.reading - np.asarray(residual)
+        noise, whole = float(values[f"{regime}.noise"]), jax.tree.map(np.asarray, lanes)
+        modelled = whole.reading - np.asarray(residual)
         for lane, owner in enumerate(owners):
-            normal, weight = rng.standard_normal((modelled.shape[1], count)), lanes.weight[lane]
-            quantum, coarse = float(lanes.quantum[lane]), np.asarray(lanes.coarse[lane])[:, None]
-            readings = np.maximum(np.asarray(weight), 1.0)[:, None]
+            normal = rng.standard_normal((modelled.shape[1], count))
+            quantum, coarse = float(whole.quantum[lane]), whole.coarse[lane][:, None]
+            readings = np.maximum(whole.weight[lane], 1.0)[:, None]
             if 0.0 < noise < fine * quantum:
                 spread = noise / quantum
-                place = np.asarray(modelled[lane])[:, None] / quantum + places[owner]
+                place = modelled[lane][:, None] / quantum + places[owner]
                 error = rounded_errors(place, normal, readings, spread)
                 normal = error / np.sqrt(spread**2 / readings + coarse)
             parts.append(normal)

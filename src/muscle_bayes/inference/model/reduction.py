@@ -110,7 +110,8 @@ def _longest_steps(rates: Float[np.ndarray, "lane interval"]) -> Float[np.ndarra
 def _fine(lanes: Lanes, rates: Float[np.ndarray, "lane interval"]) -> FineGrid:
     """Fine grids of all lanes, stacked."""
     longest = _longest_steps(rates)
-    schedules = [jax.tree.map(lambda x, i=i: x[i], lanes.schedule) for i in range(len(longest))]
+    whole = jax.tree.map(np.asarray, lanes.schedule)
+    schedules = [jax.tree.map(lambda x, i=i: x[i], whole) for i in range(len(longest))]
     sizes = [grid.schedule.load.size for grid in map(refined, schedules, longest)]
     size = _padded(max(sizes))
     parts = zip(schedules, longest, np.asarray(lanes.deceleration), strict=True)

@@ -157,8 +157,9 @@ def _log_likelihood(problem: Problem, draws: dict[str, Any]) -> xr.Dataset:
     fits = [fits_with(predictions_at(v, layout, data), v, layout, data) for v in vectors]
     for group, (lanes, owners) in enumerate(zip(data.lanes, problem.lane_runs, strict=True)):
         density = np.stack([np.asarray(fit[group].log_density) for fit in fits])
+        observed = np.asarray(lanes.weight) > 0
         for lane, owner in enumerate(owners):
-            seen = np.asarray(lanes.weight[lane] > 0)
+            seen = observed[lane]
             pieces.setdefault(owner, []).append(density[:, lane][:, seen])
     return xr.Dataset(
         {

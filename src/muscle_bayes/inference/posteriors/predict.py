@@ -141,8 +141,10 @@ def by_run(
     for lanes, owners, model, reading, hyst in zip(
         groups, problem.lane_runs, models, readings, strains, strict=True
     ):
+        # In NumPy: of a JAX array, every lane's slice is compiled.
+        lanes = jax.tree.map(np.asarray, lanes)
         for lane, owner in enumerate(owners):
-            seen = np.asarray(lanes.weight[lane] > 0)
+            seen = lanes.weight[lane] > 0
             piece = {
                 "time": lanes.time[lane],
                 "observed": lanes.reading[lane],

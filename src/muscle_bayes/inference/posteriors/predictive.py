@@ -7,6 +7,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
@@ -50,10 +51,12 @@ def predict_runs(
         seed: of the random numbers.
 
     Returns:
-        A prediction for each run: draws of its readings [the log's unit] over time [s].
+        A prediction for each run: draws of its readings [the log's unit] over time [s]. Draws in which a
+        run cannot be solved are left out, a tenth of them at most.
 
     Raises:
-        MuscleBayesError: if the runs need parameters that the posterior lacks.
+        MuscleBayesError: if the runs need parameters that the posterior lacks, or cannot be solved in more
+            than a tenth of the draws.
 
     Example:
         >>> import muscle_bayes as mb
@@ -94,6 +97,22 @@ def carried_over(problem: Problem, thinned: dict[str, Any]) -> dict[str, Any]:
     return values
 
 
+def _solved(predictions: Sequence[Prediction], most: float = 0.1) -> list[Prediction]:
+    """Predictions without draws in which a run cannot be solved, at `most` this share of them.
+
+    A draw's own start can end where no force balances: where a minimum force holds a spring.
+    """
+    finite = np.all([np.isfinite(one.model).all(axis=1) for one in predictions], axis=0)
+    if finite.mean() < 1.0 - most:
+        raise MuscleBayesError(
+            f"{', '.join(one.run for one in predictions)}: the model cannot be solved in "
+            f"{np.sum(~finite)} of {finite.size} draws. Fix: check the metadata of these runs "
+            "(geometry, load, temperatures), or fit runs of their kind as well."
+        )
+    arrays = ("model", "reading", "hyst")
+    return [one._replace(**{k: getattr(one, k)[finite] for k in arrays}) for one in predictions]
+
+
 def _predict_part(
     posterior: Posterior, runs: Sequence[Run], known: bool, draws: int, seed: int
 ) -> list[Prediction]:
@@ -107,12 +126,11 @@ def _predict_part(
     thinned = thin({name: group[name].to_numpy() for name in names if name in group}, draws)
     values = carried_over(problem, thinned)
     if not known:
+        # Without inertia: a swing says little of where a run begins, and its derivatives grow with time.
         settled = settled_starts(problem, resting_starts(problem, values), seed + 1)
         better = _improved(problem, settled)
-        if not all(error.tolerable for error in better.reduction.values()):
-            settled = settled_starts(better, settled, seed + 1)
         share = {run.name: SETTLING_SHARE * run.duration for run in runs}
-        predictions = predict(better, settled, seed)
+        predictions = _solved(predict(better, settled, seed))
         return [one._replace(ahead_from=share[one.run]) for one in predictions]
     for name, shape in problem.layout.shapes:
         if shape:
