@@ -35,7 +35,7 @@ def test_an_effect_of_some_seconds_is_located_named_and_added(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_two_effects_in_the_same_runs_are_named(tmp_path: Path) -> None:
-    """Coils that touch bias what the damper's law is seen to be: neither predicts better alone."""
+    """Coil contact, the likeliest alone, does not predict better clearly: it needs the law beside it."""
     drift = make_effect("damper-law", activation_temperature=3000.0)
     save_runs(tmp_path / "runs", simulate_shipped(hidden=(*HIDDEN, drift)))
     found = discover(read_runs([tmp_path / "runs"]), hold_out=["sawtooth"])

@@ -27,6 +27,7 @@ def test_a_draw_that_fails_in_one_run_is_left_out_of_all() -> None:
         assert one.model[:, 0] == pytest.approx(SIZE * kept)
         assert one.reading.shape == one.hyst.shape == (DRAWS - 2, SIZE)
         assert np.isfinite(one.reading).all()
+        assert one.unsolved == 2
 
 
 def test_many_draws_that_fail_are_an_error_that_names_the_run() -> None:

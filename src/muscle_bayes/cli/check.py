@@ -75,6 +75,12 @@ def check(
             figure = drift_figure(one, drifts[one.run], origins[one.run])
             save(figure, out / f"{one.run}-drift.png")
     _show(console, checks, drifts)
+    for one in predictions:
+        if one.unsolved:
+            count = one.unsolved + len(one.model)
+            console.print(
+                f"{one.run}: left out {one.unsolved} of {count} draws, in which it cannot be solved"
+            )
     write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
     print_place("figures", out)
     if not fitted.converged:

@@ -49,6 +49,8 @@ class Prediction(NamedTuple):
     """Coordinate per unit of reading, with sign [rad or m]."""
     ahead_from: float = 0.0
     """Readings before this time told the run's own start; only later ones are predicted ahead [s]."""
+    unsolved: int = 0
+    """Draws that were left out, for a run could not be solved in them."""
 
     def ahead(self) -> "Prediction":
         """The part that is predicted ahead."""

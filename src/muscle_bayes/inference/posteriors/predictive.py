@@ -110,7 +110,10 @@ def _solved(predictions: Sequence[Prediction], most: float = 0.1) -> list[Predic
             "(geometry, load, temperatures), or fit runs of their kind as well."
         )
     arrays = ("model", "reading", "hyst")
-    return [one._replace(**{k: getattr(one, k)[finite] for k in arrays}) for one in predictions]
+    return [
+        one._replace(**{k: getattr(one, k)[finite] for k in arrays}, unsolved=int(np.sum(~finite)))
+        for one in predictions
+    ]
 
 
 def _predict_part(
