@@ -81,7 +81,9 @@ def test_a_zero_is_as_sure_as_the_metadata_say(read):
     assert read().sensor.zero_uncertainty == 2.0
     assert read(toml=TOML.replace("radians_per_count = 0.0058", told)).sensor.zero_uncertainty == 0
     lines = ["t,height,hot,kg,force", *(f"{i},{0.5 * i},30,0.1,0" for i in range(6))]
-    assert read(lines, OTHER_RIG).sensor.zero_uncertainty == 0.0
+    assert read(lines, OTHER_RIG).sensor.zero_uncertainty == 2 * 0.5
+    no_steps = ["t,height,hot,kg,force", *(f"{i},{0.1 * i**1.5},30,0.1,0" for i in range(6))]
+    assert read(no_steps, OTHER_RIG).sensor.zero_uncertainty == 0.0
     unsure = 'position_unit = "mm"\nposition_zero = 0.4\nposition_zero_uncertainty = 0.1'
     sensor = read(lines, OTHER_RIG.replace('position_unit = "mm"', unsure)).sensor
     assert (sensor.zero, sensor.zero_uncertainty) == (0.4, 0.1)
@@ -199,7 +201,9 @@ def test_shows_well(read):
 def test_grid_of_printed_steps():
     steps = np.arange(400) * 0.00153398
     assert grid_step(np.round(steps, 6)) == pytest.approx(0.00153398, rel=1e-5)
+    assert grid_step(np.degrees(steps)) == pytest.approx(np.degrees(0.00153398), rel=1e-5)
     assert grid_step(np.random.default_rng(1).normal(size=300)) == 0
+    assert grid_step(np.random.default_rng(1).normal(size=30_000)) == 0
     assert grid_step([1.0, 1.0]) == 0
 
 

@@ -10,7 +10,9 @@ from muscle_bayes.data.units import unit_of
 
 _MOST_DECIMALS = 12
 ZERO_UNCERTAINTY = 2.0
-"""Standard uncertainty of a potentiometer's zero where none is told, counts."""
+"""Standard uncertainty of a sensor's zero where none is told, steps of its readings."""
+_ROUNDING = 1e-12
+"""Of numbers that fill all their digits, relative to the largest."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +53,16 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
     if unit != "counts":
         columns = metadata.columns
         assert columns is not None, "Metadata guarantees columns where the unit is not counts"
-        zero, uncertainty = columns.position_zero or 0.0, columns.position_zero_uncertainty or 0.0
-        return Sensor(unit, zero, metadata.output.factor, sign, grid_step(readings), uncertainty)
+        step = grid_step(readings)
+        uncertainty = _zero_uncertainty(columns.position_zero_uncertainty, step)
+        zero = columns.position_zero or 0.0
+        return Sensor(unit, zero, metadata.output.factor, sign, step, uncertainty)
     potentiometer = metadata.potentiometer
     assert potentiometer is not None, "Metadata guarantees a potentiometer where the unit is counts"
     if potentiometer.radians_per_count < 0:
         sign = -sign
     scale = abs(potentiometer.radians_per_count)
-    told = potentiometer.zero_uncertainty
-    uncertainty = ZERO_UNCERTAINTY if told is None else told
+    uncertainty = _zero_uncertainty(potentiometer.zero_uncertainty, 1.0)
     step = potentiometer.resolution or 1.0
     return Sensor(unit, potentiometer.zero_reading, scale, sign, step, uncertainty)
 
@@ -70,26 +73,37 @@ def force_sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
     assert columns is not None, "Metadata guarantees columns where a force is measured"
     unit = unit_of(metadata.force_unit, ("force", "torque"))
     assert unit is not None, "Metadata guarantees a unit of force"
-    zero, uncertainty = columns.force_zero or 0.0, columns.force_zero_uncertainty or 0.0
-    return Sensor(
-        unit.text, zero, unit.factor, columns.force_sign, grid_step(readings), uncertainty
-    )
+    step = grid_step(readings)
+    uncertainty = _zero_uncertainty(columns.force_zero_uncertainty, step)
+    zero = columns.force_zero or 0.0
+    return Sensor(unit.text, zero, unit.factor, columns.force_sign, step, uncertainty)
+
+
+def _zero_uncertainty(told: float | None, step: float) -> float:
+    """That of the metadata, else some steps of the readings."""
+    return ZERO_UNCERTAINTY * step if told is None else told
 
 
 def grid_step(readings: ArrayLike) -> float:
-    """Step of the grid on which all readings lie to within their printed rounding, else 0."""
+    """Step of the grid on which all readings lie to within their rounding, else 0."""
     levels = np.unique(np.asarray(readings, dtype=np.float64))
     decimals = _printed_decimals(levels)
-    if levels.size < 3 or decimals is None:
+    if levels.size < 3:
         return 0.0
-    unit = 10.0**-decimals
+    if decimals is None:
+        unit = _ROUNDING * float(np.abs(levels).max())
+        levels = levels[np.concatenate([[True], np.diff(levels) > 4 * unit])]
+        least = 1e4 * unit
+    else:
+        unit = 10.0**-decimals
+        least = 0.5 * unit
     steps = np.diff(levels)
     smallest = float(np.mean(steps[steps < 1.5 * steps.min()]))
     # Distance of each level from the first in whole steps, then the step by least squares.
     whole = np.concatenate([[0.0], np.cumsum(np.rint(steps / smallest))])
     step, start = np.polynomial.Polynomial.fit(whole, levels, 1).convert().coef[::-1]
     misfit = np.max(np.abs(levels - start - step * whole))
-    return float(f"{step:.6g}") if misfit <= 0.75 * unit and step > 0.5 * unit else 0.0
+    return float(f"{step:.6g}") if misfit <= 0.75 * unit and step > least else 0.0
 
 
 def _printed_decimals(levels: NDArray[np.float64]) -> int | None:

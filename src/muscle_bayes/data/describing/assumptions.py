@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from muscle_bayes.data.describing.elements import ArmElement
 from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.run import Run
-from muscle_bayes.data.sensor import ZERO_UNCERTAINTY
+from muscle_bayes.data.sensor import ZERO_UNCERTAINTY, Sensor
 from muscle_bayes.data.units import COUNTS
 
 
@@ -56,6 +56,19 @@ def _has_thermometer(run: Run) -> bool:
     about = run.metadata
     muscles = [side for side in "ab" if getattr(about, f"element_{side}").kind == "muscle"]
     return any(run.has_thermometer(s) and not about.is_heated_by_power(s) for s in muscles)
+
+
+def _zero(sensor: Sensor) -> str:
+    """What is taken for the uncertainty of a sensor's zero."""
+    if sensor.zero_uncertainty == 0:
+        return "0, exact: the readings show no step"
+    return f"{sensor.zero_uncertainty:g} {sensor.unit}, {ZERO_UNCERTAINTY:g} steps of the readings"
+
+
+def _position_zero(run: Run, prefix: str) -> str:
+    if run.imposed is not None:
+        return "0, exact: the motion is imposed"
+    return "" if run.unit == COUNTS or run.heated is not None else _zero(run.output_sensor)
 
 
 def _is_powered(run: Run) -> bool:
@@ -192,7 +205,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.position_unit": _IN_COUNTS,
     "Columns.position_sign": "1",
     "Columns.position_zero": _where(lambda run: run.unit != COUNTS, "0"),
-    "Columns.position_zero_uncertainty": _where(lambda run: run.unit != COUNTS, "0, exact"),
+    "Columns.position_zero_uncertainty": _position_zero,
     "Columns.temperature_a": lambda run, prefix: _temperature(run, "a"),
     "Columns.temperature_b": lambda run, prefix: _temperature(run, "b"),
     "Columns.temperature_unit": _where(
@@ -208,7 +221,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.force_unit": lambda run, prefix: run.metadata.force_unit if run.has_force else "",
     "Columns.force_sign": lambda run, prefix: "1" if run.has_force else "",
     "Columns.force_zero": lambda run, prefix: "0" if run.has_force else "",
-    "Columns.force_zero_uncertainty": lambda run, prefix: "0, exact" if run.has_force else "",
+    "Columns.force_zero_uncertainty": lambda run, prefix: _zero(run.output_sensor) if run.has_force else "",
     "Columns.applied": "no known torque or force",
     "Columns.applied_unit": lambda run, prefix: (
         run.metadata.drive_unit.text if _names("applied")(run) else ""
