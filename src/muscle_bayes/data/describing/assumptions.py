@@ -221,7 +221,9 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.force_unit": lambda run, prefix: run.metadata.force_unit if run.has_force else "",
     "Columns.force_sign": lambda run, prefix: "1" if run.has_force else "",
     "Columns.force_zero": lambda run, prefix: "0" if run.has_force else "",
-    "Columns.force_zero_uncertainty": lambda run, prefix: _zero(run.output_sensor) if run.has_force else "",
+    "Columns.force_zero_uncertainty": lambda run, prefix: (
+        _zero(run.output_sensor) if run.has_force else ""
+    ),
     "Columns.applied": "no known torque or force",
     "Columns.applied_unit": lambda run, prefix: (
         run.metadata.drive_unit.text if _names("applied")(run) else ""

@@ -98,7 +98,9 @@ def _begin(
     for key_chain in jax.random.split(key, chains):
         place = dispersed(rng, mode, entries_of(smooth, layout), problem)
         state = first(key_chain, jnp.asarray(place), data)
-        states.append(_with_last(state, sampler.begun(state.block_states[-1], prepared)))
+        states.append(
+            _with_last(state, sampler.begun(state.block_states[-1], prepared, not sampler.windows))
+        )
     return states
 
 
@@ -138,25 +140,27 @@ class Chains:
         report(0, self._planned, "compiling")
 
     def warm_up(self, count: int) -> None:
-        """Drop so many draws, and adapt to them."""
-        if self._sampler.recentred:
-            self._advance(count // 2, lambda: "warm-up")
-            self._recentre()
-            count -= count // 2
-        self._advance(count, lambda: "warm-up")
+        """Drop so many draws, at least one chunk, and adapt to them."""
+        for window in range(1, self._sampler.windows + 1):
+            self._advance(self._chunk, lambda: "warm-up")
+            self._prepare_again(checked=window == self._sampler.windows)
+            self._rows = []
+            count -= self._chunk
+        self._advance(max(count, self._chunk), lambda: "warm-up")
         statistics = _joined(self._rows).statistics
         self._change_last(lambda block: self._sampler.warmed(block, statistics))
+        if self._sampler.windows:
+            self._prepare_again()
         self._rows = []
 
-    def _recentre(self) -> None:
-        """Drop what was drawn, and begin about a typical point of it."""
+    def _prepare_again(self, checked: bool = True) -> None:
+        """Prepare the sampler anew, by the later half of what was drawn."""
         vectors = self._drawn().vector
-        typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
+        vectors = vectors[:, vectors.shape[1] // 2 :]
         smooth = self._sampler.blocks(self._problem.layout).smooth
-        normal = normal_of_typical(typical, self._problem, smooth)
+        normal = normal_of_typical(vectors, self._problem, smooth)
         prepared = self._sampler.prepared(normal, self._problem, self._workers)
-        self._change_last(lambda block: self._sampler.begun(block, prepared))
-        self._rows = []
+        self._change_last(lambda block: self._sampler.begun(block, prepared, checked))
 
     def _change_last(self, change: Callable[[Any], Any]) -> None:
         """Change the last block's state of all chains."""
@@ -165,6 +169,8 @@ class Chains:
 
     def go_on(self, count: int) -> Draws:
         """All draws, after so many more."""
+        if self._rows and self._sampler.windows:
+            self._prepare_again()
         self._advance(count, lambda: _note(self._drawn()))
         return self._drawn()
 

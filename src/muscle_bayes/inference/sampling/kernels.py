@@ -20,8 +20,8 @@ from muscle_bayes.inference.sampling.gibbs_blocks import (
     noise_update,
     wall_update,
 )
-from muscle_bayes.inference.sampling.linearised import Linearised, linearised, surrogate_of
 from muscle_bayes.inference.sampling.normal import Normal, entries_of
+from muscle_bayes.inference.sampling.quadratic import Expansion, expanded, surrogate_of
 from muscle_bayes.inference.sampling.surrogate_transitions import SurrogateTransitions
 from muscle_bayes.inference.search.tempering import entry_names
 
@@ -37,8 +37,9 @@ class Sampler(Protocol):
     """What a draw leaves, by ArviZ's name, and its field of the last block's state."""
     constrained: ClassVar[bool]
     """Whether that block is begun with values, rather than with unconstrained ones."""
-    recentred: ClassVar[bool]
-    """Whether half of the warm-up tells of a point that serves better than the mode."""
+    windows: ClassVar[int]
+    """Of warm-up, after each of which it is prepared anew by what was drawn, as it is after later rounds. In
+    these its proposals are not checked: the chains see where it leads."""
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""
@@ -49,8 +50,8 @@ class Sampler(Protocol):
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Any:
         """What all chains need of the normal approximation."""
 
-    def begun(self, state: Any, prepared: Any) -> Any:
-        """The last block's state with that."""
+    def begun(self, state: Any, prepared: Any, checked: bool) -> Any:
+        """The last block's state with that, and whether proposals are checked."""
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         """The state of all chains after warm-up; statistics have chain and draw axes."""
@@ -82,7 +83,7 @@ class Nuts:
         "step_size": "adapt_state.step_size",
     }
     constrained: ClassVar[bool] = False
-    recentred: ClassVar[bool] = False
+    windows: ClassVar[int] = 0
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         sites = self.blocks(model.problem.layout)
@@ -102,7 +103,7 @@ class Nuts:
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
         return normal
 
-    def begun(self, state: Any, prepared: Normal) -> Any:
+    def begun(self, state: Any, prepared: Normal, checked: bool) -> Any:
         sites = tuple(dict.fromkeys(prepared.names))
         root = np.linalg.cholesky(np.linalg.inv(prepared.covariance))
         adapted = state.adapt_state._replace(
@@ -130,17 +131,15 @@ class Nuts:
 
 
 @dataclass(frozen=True)
-class LinearisedSteps:
+class SurrogateSteps:
     """Slices of what acts like a wall, and `SurrogateTransitions` over all other sites.
 
-    The surrogate takes the model's predictions as linear about a typical point.
+    The surrogate takes the model's predictions as quadratic about a typical point.
     """
 
     steps: int = 8
     moves: int = 4
     """Of the noise, in each step."""
-    spread: float = 1.1
-    """Standard deviation of proposals, in those of the surrogate, whose tails may be too thin."""
     noise_widths: tuple[float, float, float] = (0.5, 2.0, 2.0)
     """Largest scale of moves in log noise, log discrepancy and log correlation time."""
     apart: tuple[str, ...] = ()
@@ -153,7 +152,7 @@ class LinearisedSteps:
         "place": "place",
     }
     constrained: ClassVar[bool] = True
-    recentred: ClassVar[bool] = True
+    windows: ClassVar[int] = 2
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         layout = model.problem.layout
@@ -161,7 +160,7 @@ class LinearisedSteps:
         smooth = entries_of(sites.smooth, layout)
         whole = SurrogateTransitions(
             model,
-            surrogate_of(layout, smooth, self.spread),
+            surrogate_of(layout, smooth),
             smooth,
             self._noise_directions(layout),
             noise_slices(model, self.slices),
@@ -186,11 +185,11 @@ class LinearisedSteps:
                 rows.append(row)
         return np.array(rows)
 
-    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Linearised:
-        return linearised(normal.point, normal.entries, normal.covariance, problem, workers)
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Expansion:
+        return expanded(normal.point, normal.entries, normal.covariance, problem, workers)
 
-    def begun(self, state: Any, prepared: Linearised) -> Any:
-        return state._replace(about=prepared)
+    def begun(self, state: Any, prepared: Expansion, checked: bool) -> Any:
+        return state._replace(about=prepared, unchecked=jnp.array(not checked))
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         return state

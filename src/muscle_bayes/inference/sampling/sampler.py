@@ -10,7 +10,7 @@ from jaxtyping import Array
 from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.sampling.chains import Chains
 from muscle_bayes.inference.sampling.draws import Draws, worst_rhat
-from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
+from muscle_bayes.inference.sampling.kernels import Nuts, Sampler, SurrogateSteps
 from muscle_bayes.inference.search.mode import Mode
 
 MAX_RHAT = 1.01
@@ -32,7 +32,7 @@ class Effort:
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
-    """How sites are sampled. None: by `LinearisedSteps`; where chains of it are still far from each other
+    """How sites are sampled. None: by `SurrogateSteps`; where chains of it are still far from each other
     after the first draws, by it with effects apart, or by `Nuts`."""
     far_apart: float = 1.3
     """R-hat of the first draws above which another sampler is tried."""
@@ -112,6 +112,6 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
 def _samplers(problem: Problem) -> list[Sampler]:
     """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
     layout = problem.layout
-    apart: list[Sampler] = [LinearisedSteps(apart=tuple(layout.effects))] if layout.effects else []
+    apart: list[Sampler] = [SurrogateSteps(apart=tuple(layout.effects))] if layout.effects else []
     others = [*apart, Nuts()] if "slow" in layout.regimes else [Nuts(), *apart]
-    return [LinearisedSteps(), *others]
+    return [SurrogateSteps(), *others]
