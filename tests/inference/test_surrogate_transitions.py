@@ -32,11 +32,11 @@ def surrogate(off: float, width: float) -> Surrogate[jax.Array]:
         centre = (1.0 + off + 0.4 * vector[1]) * jnp.ones(2)
         return scale, Rough(centre, root, jnp.linalg.inv(root), 2.0 * jnp.log(scale))
 
-    def log_density(scale: jax.Array, vector: jax.Array) -> jax.Array:
+    def log_density(scale: jax.Array, vector: jax.Array, power: jax.Array) -> jax.Array:
         noise, (x, y) = vector[1], vector[SMOOTH] - 1.0 - off - 0.4 * vector[1]
         bent = jnp.array([x, y + off * x**2 / scale])
         normal = -0.5 * bent @ bent / scale**2 - 2.0 * jnp.log(scale)
-        return normal - 0.5 * ((noise - off) / (1.0 + abs(off))) ** 2
+        return power * normal - 0.5 * ((noise - off) / (1.0 + abs(off))) ** 2
 
     return Surrogate(under, log_density)
 

@@ -141,9 +141,9 @@ class Chains:
 
     def warm_up(self, count: int) -> None:
         """Drop so many draws, at least one chunk, and adapt to them."""
-        for window in range(1, self._sampler.windows + 1):
+        for _ in range(self._sampler.windows):
             self._advance(self._chunk, lambda: "warm-up")
-            self._prepare_again(checked=window == self._sampler.windows)
+            self._prepare_again()
             self._rows = []
             count -= self._chunk
         self._advance(max(count, self._chunk), lambda: "warm-up")
@@ -153,14 +153,15 @@ class Chains:
             self._prepare_again()
         self._rows = []
 
-    def _prepare_again(self, checked: bool = True) -> None:
+    def _prepare_again(self) -> None:
         """Prepare the sampler anew, by the later half of what was drawn."""
-        vectors = self._drawn().vector
-        vectors = vectors[:, vectors.shape[1] // 2 :]
+        draws = self._drawn()
+        draws = draws.after(draws.vector.shape[1] // 2)
+        vectors = draws.vector.reshape(-1, draws.vector.shape[2])
         smooth = self._sampler.blocks(self._problem.layout).smooth
         normal = normal_of_typical(vectors, self._problem, smooth)
         prepared = self._sampler.prepared(normal, self._problem, self._workers)
-        self._change_last(lambda block: self._sampler.begun(block, prepared, checked))
+        self._change_last(lambda block: self._sampler.begun(block, prepared, True))
 
     def _change_last(self, change: Callable[[Any], Any]) -> None:
         """Change the last block's state of all chains."""

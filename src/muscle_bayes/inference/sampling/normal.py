@@ -39,7 +39,7 @@ def normal_at(mode: Mode, layout: Layout, smooth: Collection[str]) -> Normal:
 
 
 def normal_of_typical(
-    vectors: Float[np.ndarray, "chain draw n"],
+    vectors: Float[np.ndarray, "draw n"],
     problem: Problem,
     smooth: Collection[str],
     *,
@@ -58,12 +58,13 @@ def normal_of_typical(
         independent: share of the draws that counts.
     """
     layout = problem.layout
-    flat = vectors.reshape(-1, vectors.shape[2])
-    others = np.setdiff1d(np.arange(flat.shape[1]), entries_of(smooth, layout))
-    found = normal_at(descended(flat.mean(0), layout, problem.data, list(others)), layout, smooth)
-    count = independent * len(flat)
+    others = np.setdiff1d(np.arange(vectors.shape[1]), entries_of(smooth, layout))
+    found = normal_at(
+        descended(vectors.mean(0), layout, problem.data, list(others)), layout, smooth
+    )
+    count = independent * len(vectors)
     weight = count / (count + len(found.entries))
-    drawn = np.cov(flat[:, found.entries].T)
+    drawn = np.cov(vectors[:, found.entries].T)
     return found._replace(covariance=weight * drawn + (1.0 - weight) * found.covariance)
 
 

@@ -25,10 +25,12 @@ from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.tempering import entry_names
 
 SHARES = (1.0, 0.1)
-"""Lengths of secants, in posterior standard deviations. Of each direction the flatter counts: a surrogate
-that is too wide has its proposals rejected, one that is too narrow keeps chains where they are."""
+"""Lengths of differences, in posterior standard deviations. In each direction the flatter one counts: too
+wide a surrogate has its proposals rejected, too narrow a one keeps chains where they are."""
 BENT = 5
 """Directions in which second differences are taken, the most curved ones."""
+FAR = 2.5
+"""Place along a direction, in posterior standard deviations, where its bend levels off."""
 
 
 class Expansion(NamedTuple):
@@ -81,34 +83,31 @@ def expanded(
 
         return list(side_by_side(one, moves, workers))
 
+    (here,) = expected([np.zeros(len(root))])
+
     def up_and_down(moves: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        found = np.array(expected([*moves, *(-move for move in moves)]))
+        found = np.array(expected([*moves, *(-move for move in moves)])).reshape(-1, here.size)
         return found[: len(moves)], found[len(moves) :]
 
-    (here,) = expected([np.zeros(len(root))])
-    ends = [up_and_down(list(share * whole)) for share in SHARES]
-    secants = np.array(
-        [
-            np.nan_to_num(up - down) / (2.0 * share)
-            for (up, down), share in zip(ends, SHARES, strict=True)
-        ]
-    )
-    flatter = np.argmin(np.sum(secants**2, axis=2), axis=0)
-    slopes = np.take_along_axis(secants, flatter[None, :, None], axis=0)[0]
-    bends = np.nan_to_num(sum(ends[0]) - 2.0 * here)
-    most = np.argsort(-np.sum(bends**2, axis=1))[: min(BENT, len(root))]
+    slopes, bends = [], []
+    for share in SHARES:
+        up, down = up_and_down(list(share * whole))
+        slopes.append((up - down) / (2.0 * share))
+        bends.append((up + down - 2.0 * here) / share**2)
+    most = np.argsort(-np.sum(_flattest(bends) ** 2, axis=1))[:BENT]
     pairs = list(combinations(most.tolist(), 2))
-    # e(i + j) + e(-i - j) - 2 e(0) has the bends of i and of j, and twice that of their product.
-    both = sum(up_and_down([whole[i] + whole[j] for i, j in pairs])) if pairs else 0.0
-    crossed = [
-        np.nan_to_num(0.5 * (one - 2.0 * here - bends[i] - bends[j]))
-        for one, (i, j) in zip(both, pairs, strict=True)
-    ]
-    changes = np.vstack([slopes, 0.5 * bends[most], *(row[None] for row in crossed)])
+    crossed = []
+    for share, bend in zip(SHARES, bends, strict=True):
+        # e(i + j) + e(-i - j) - 2 e(0) has the bends of i and of j, and twice that of their product.
+        ends = up_and_down([share * (whole[i] + whole[j]) for i, j in pairs])
+        own = np.array([bend[i] + bend[j] for i, j in pairs]).reshape(-1, here.size)
+        crossed.append(0.5 * ((sum(ends) - 2.0 * here) / share**2 - own))
     first, second = np.array([*((i, i) for i in most), *pairs]).T
     at_point = predictions_at(jnp.asarray(point), layout, data)
     sizes = [lanes.reading.shape for lanes in data.lanes]
-    parts = np.split(changes, np.cumsum([np.prod(size) for size in sizes])[:-1], axis=1)
+
+    rows = np.vstack([_flattest(slopes), 0.5 * _flattest(bends)[most], _flattest(crossed)])
+    parts = np.split(rows, np.cumsum([np.prod(size) for size in sizes])[:-1], axis=1)
     return Expansion(
         jnp.asarray(point),
         jnp.asarray(root),
@@ -118,6 +117,13 @@ def expanded(
         jnp.asarray(first),
         jnp.asarray(second),
     )
+
+
+def _flattest(each: list[Float[np.ndarray, "m n"]]) -> Float[np.ndarray, "m n"]:
+    """Of each row the smallest."""
+    rows = np.nan_to_num(np.array(each))
+    smallest = np.argmin(np.sum(rows**2, axis=2), axis=0)
+    return np.take_along_axis(rows, smallest[None, :, None], axis=0)[0]
 
 
 def expected_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[Array]:
@@ -136,9 +142,10 @@ def surrogate_of(
 ) -> Callable[[Expansion, Data], Surrogate[Said]]:
     """The surrogate of an expansion, with these smooth `entries`.
 
-    With u along the directions, and features f of u and of products of two of them, predictions are linear
-    in f; so are the standardised one-step-ahead errors e of the readings. Under any noise the log likelihood
-    is then a quadratic form of f, of precision (de)'(de), which needs no simulation and no record.
+    With u along the directions, and features f of u and of products of two (that level off far away),
+    predictions are linear in f. So are the standardised one-step-ahead errors e of the readings. Under any
+    noise the log likelihood is a quadratic form of f, of precision (de)'(de): once known, it needs no
+    readings.
     """
     count = len(entries)
     row = np.full(len(entry_names(layout)), count)
@@ -183,11 +190,12 @@ def surrogate_of(
                 log_volume=-jnp.sum(jnp.log(jnp.diag(lower))),
             )
 
-        def log_density(found: Said, vector: Array) -> Array:
+        def log_density(found: Said, vector: Array, power: Array) -> Array:
             u = about.inverse_root @ (vector[entries] - about.point[entries])
-            features = jnp.concatenate([u, u[about.first] * u[about.second]])
+            bent = FAR * jnp.tanh(u / FAR)
+            features = jnp.concatenate([u, bent[about.first] * bent[about.second]])
             said = found.slope @ features - 0.5 * features @ found.precision @ features
-            return found.total + said + log_prior(vector, layout, data)
+            return power * (found.total + said) + log_prior(vector, layout, data)
 
         return Surrogate(under, log_density)
 

@@ -34,7 +34,7 @@ class Effort:
     sampler: Sampler | None = None
     """How sites are sampled. None: by `SurrogateSteps`; where chains of it are still far from each other
     after the first draws, by it with effects apart, or by `Nuts`."""
-    far_apart: float = 1.3
+    far_apart: float = 1.15
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
     """Share of their transitions that may diverge, else it is, too."""
@@ -86,10 +86,18 @@ def draw(
     samplers = [effort.sampler] if effort.sampler else _samplers(problem)
     draws, chains = first_to_mix(starmap(begin, enumerate(samplers, 1)), effort)
     for _ in range(effort.rounds):
-        if agree(draws, effort):
-            break
+        if found := first_agreeing(draws, effort):
+            return found
         draws = chains.go_on(effort.draws // 2)
-    return draws
+    return first_agreeing(draws, effort) or draws
+
+
+def first_agreeing(draws: Draws, effort: Effort) -> Draws | None:
+    """All draws if they agree, else those that do without the first third, as further warm-up."""
+    for one in (draws, draws.after(draws.values.shape[1] // 3)):
+        if agree(one, effort):
+            return one
+    return None
 
 
 def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains]:

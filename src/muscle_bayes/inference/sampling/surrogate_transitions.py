@@ -1,6 +1,7 @@
 """Metropolis steps that a surrogate of the posterior proposes, as a block of NumPyro's Gibbs."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -34,8 +35,8 @@ class Surrogate[T](NamedTuple):
 
     under: Callable[[Array], tuple[T, Rough]]
     """What it needs of a vector's noise, that is of all entries but the smooth ones."""
-    log_density: Callable[[T, Array], Float[Array, ""]]
-    """Of a vector, given that."""
+    log_density: Callable[[T, Array, Array], Float[Array, ""]]
+    """Of a vector, given that, with the likelihood raised to a power."""
 
 
 class Swept(NamedTuple):
@@ -58,6 +59,11 @@ class _Place[T](NamedTuple):
     """Of the surrogate."""
 
 
+POWERS = (1.0, 0.5)
+"""Of the surrogate's likelihood, one for each step. By the lower one chains leave where the surrogate is
+too narrow."""
+SORTS = (0.4, 0.15, 0.25, 0.2)
+"""Probabilities of a whole step, of one that moves the noise alone, of swings alone, of one short swing."""
 _STAY, _LOOK, _MOVE, _SWING = range(4)
 """Kinds of steps on the surrogate: none; a look at the place; the noise moves; the smooth entries do."""
 
@@ -74,7 +80,7 @@ def sweep[T](
     steps: int = 8,
     moves: int = 4,
     swings: int = 3,
-    leaps: int = 64,
+    leaps: int = 96,
     longest: float = 0.15,
     nearest: float = 0.01,
 ) -> Swept:
@@ -82,13 +88,14 @@ def sweep[T](
 
     Each runs a chain on the surrogate q: half of the noise's moves, swings of the smooth entries, the other
     half of the moves. A move of the noise is a random-walk Metropolis step that carries the smooth entries
-    along, by the rough normals before and after it. A swing is a Hamiltonian trajectory. Their sequence is
-    the same backwards, so where it ends is accepted as p(x') q(x) / (p(x) q(x')) has it, p being the density.
-    It costs one value of p, and no gradient of it. In one step in two the noise stays. In half of these
-    there is one short swing: far from where the surrogate holds, such steps alone are accepted.
+    along, by the rough normals before and after it. A swing is a Hamiltonian trajectory. The sequence is
+    the same backwards, so its end is accepted with probability min(1, p(x') q(x) / (p(x) q(x'))), p being
+    the density. It costs one value of p, and no gradient of it. Some steps are
+    not whole: they move the noise alone, or are swings alone, or a single short one. Far from where the
+    surrogate holds, such small steps alone are accepted.
 
     Sources: Liu, Monte Carlo Strategies in Scientific Computing (2001), section 9.4.3; Christen and Fox,
-    J. Comput. Graph. Stat. 14 (2005), 795-810; Neal, Handbook of Markov Chain Monte Carlo (2011), chapter 5.
+    J. Comput. Graph. Stat. 14 (2005), 795-810; Neal, Handbook of Markov Chain Monte Carlo (2011), ch. 5.
 
     Args:
         key: random key.
@@ -108,30 +115,37 @@ def sweep[T](
     kinds = [_MOVE] * (moves // 2) + [_SWING] * swings + [_MOVE] * (moves // 2)
     middle = moves // 2
     walk = jnp.array(kinds)
+    alone = jnp.where(walk == _SWING, _STAY, walk)
     still = jnp.where(walk == _MOVE, _STAY, walk)
     near = jnp.full(len(kinds), _STAY).at[middle].set(_SWING)
     look = jnp.full(len(kinds), _STAY).at[0].set(_LOOK)
 
-    def micro(place: _Place[T], one: tuple[Array, Array, Array]) -> tuple[_Place[T], None]:
+    def micro(
+        place: _Place[T], one: tuple[Array, Array, Array], power: Array
+    ) -> tuple[_Place[T], None]:
         key, kind, leap = one
         branches = (
             lambda: place,
-            lambda: _noise_moved(key, place, surrogate, smooth, 0.0 * directions, jnp.inf),
-            lambda: _noise_moved(key, place, surrogate, smooth, directions, 0.0),
-            lambda: _swung(key, place, surrogate, smooth, leaps, leap),
+            lambda: _noise_moved(key, place, surrogate, smooth, directions, power, kind == _LOOK),
+            lambda: _swung(key, place, surrogate, smooth, power, leaps, leap),
         )
-        return jax.lax.switch(kind, branches), None
+        # A look is a move of no length: the surrogate is compiled in one place only.
+        return jax.lax.switch((kind + 1) // 2, branches), None
 
     def step(now: tuple, one: tuple[Array, Array]) -> tuple[tuple, Array]:
-        place, here, extra = now
+        place, here, _ = now
         key, first = one
-        key_kind, key_size, key_micro, key_accept = jax.random.split(key, 4)
-        sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, jnp.array([0, 0, 1, 2])))
-        sequence = jnp.stack([look, walk, still, near])[sort]
+        key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 5)
+        power = jnp.where(unchecked, 1.0, jax.random.choice(key_power, jnp.array(POWERS)))
+        place = place._replace(
+            log_density=surrogate.log_density(place.under[0], place.vector, power)
+        )
+        sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(SORTS)))
+        sequence = jnp.stack([look, walk, alone, still, near])[sort]
         uniform = jax.random.uniform(key_size, (len(kinds),))
-        leap = longest * jnp.where(sort == 3, nearest**uniform, uniform)
+        leap = longest * jnp.where(sort == 4, nearest**uniform, uniform)
         keys = jax.random.split(key_micro, len(kinds))
-        further, _ = jax.lax.scan(micro, place, (keys, sequence, leap))
+        further, _ = jax.lax.scan(partial(micro, power=power), place, (keys, sequence, leap))
         there, there_extra = log_density(further.vector)
         rise = (there - further.log_density) - (here - place.log_density)
         chance = jnp.exp(jnp.minimum(0.0, jnp.where(jnp.isnan(rise), -jnp.inf, rise)))
@@ -139,7 +153,7 @@ def sweep[T](
         proposal = further, there, there_extra
         return _either(accepted, proposal, now), jnp.where(first, 0.0, chance)
 
-    # The first look is at the present point: surrogate and density are compiled in one place only.
+    # The first step is such a look: it is where the density is compiled, too.
     seen = jax.eval_shape(lambda v: (surrogate.under(v), *log_density(v)), vector)
     under, here, extra = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), seen)
     begun = _Place(vector, under, here), here, extra
@@ -154,21 +168,22 @@ def _noise_moved[T](
     surrogate: Surrogate[T],
     smooth: Int[Array, " m"],
     directions: Float[Array, "k n"],
-    sure: float | Array,
+    power: Array,
+    is_look: Array,
 ) -> _Place[T]:
-    """After a Metropolis step of the noise, accepted anyhow where `sure` is infinite."""
+    """After a Metropolis step of the noise, or after a look at the place."""
     key_which, key_size, key_way, key_accept = jax.random.split(key, 4)
     direction = jax.random.choice(key_which, directions)
     size = 10.0 ** -jax.random.uniform(key_size) * jax.random.normal(key_way)
-    moved = place.vector + size * direction
+    moved = place.vector + jnp.where(is_look, 0.0, size) * direction
     under = surrogate.under(moved)
     before, after = place.under[1], under[1]
     u = before.inverse_root @ (place.vector[smooth] - before.centre)
-    carried = jnp.where(sure > 0, moved[smooth], after.centre + after.root @ u)
+    carried = jnp.where(is_look, moved[smooth], after.centre + after.root @ u)
     moved = moved.at[smooth].set(carried)
-    there = _Place(moved, under, surrogate.log_density(under[0], moved))
+    there = _Place(moved, under, surrogate.log_density(under[0], moved, power))
     rise = there.log_density + after.log_volume - place.log_density - before.log_volume
-    accepted = (jnp.log(jax.random.uniform(key_accept)) < rise) | (sure > 0)
+    accepted = (jnp.log(jax.random.uniform(key_accept)) < rise) | is_look
     return _either(accepted, there, place)
 
 
@@ -177,6 +192,7 @@ def _swung[T](
     place: _Place[T],
     surrogate: Surrogate[T],
     smooth: Int[Array, " m"],
+    power: Array,
     leaps: int,
     leap: Array,
 ) -> _Place[T]:
@@ -189,7 +205,7 @@ def _swung[T](
 
     @jax.value_and_grad
     def log_density(w: Array) -> Array:
-        return surrogate.log_density(said, vector_at(w))
+        return surrogate.log_density(said, vector_at(w), power)
 
     w = rough.inverse_root @ place.vector[smooth]
     momentum = jax.random.normal(key_momentum, w.shape)
