@@ -81,8 +81,10 @@ def _begin(
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
     smooth = sampler.blocks(layout).smooth
-    prepared = sampler.prepared(normal_at(mode, layout, smooth), problem, workers)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+    entries = entries_of(smooth, layout)
+    places = [dispersed(rng, mode, entries, problem) for _ in range(chains)]
+    prepared = sampler.prepared(normal_at(mode, layout, smooth), places, problem, workers)
 
     @jax.jit
     def first(key: Array, place: Array, data: Data) -> GibbsState:
@@ -95,12 +97,10 @@ def _begin(
         return kernel.init(key, SCHEDULE, values, (data,), {"predict": False})
 
     states = []
-    for key_chain in jax.random.split(key, chains):
-        place = dispersed(rng, mode, entries_of(smooth, layout), problem)
+    for key_chain, place, own in zip(jax.random.split(key, chains), places, prepared, strict=True):
         state = first(key_chain, jnp.asarray(place), data)
-        states.append(
-            _with_last(state, sampler.begun(state.block_states[-1], prepared, not sampler.windows))
-        )
+        last = sampler.begun(state.block_states[-1], own, not sampler.windows)
+        states.append(_with_last(state, last))
     return states
 
 
@@ -148,7 +148,8 @@ class Chains:
             count -= self._chunk
         self._advance(max(count, self._chunk), lambda: "warm-up")
         statistics = _joined(self._rows).statistics
-        self._change_last(lambda block: self._sampler.warmed(block, statistics))
+        warmed = [lambda block: self._sampler.warmed(block, statistics)] * len(self._states)
+        self._change_last(*warmed)
         if self._sampler.windows:
             self._prepare_again()
         self._rows = []
@@ -160,12 +161,17 @@ class Chains:
         vectors = draws.vector.reshape(-1, draws.vector.shape[2])
         smooth = self._sampler.blocks(self._problem.layout).smooth
         normal = normal_of_typical(vectors, self._problem, smooth)
-        prepared = self._sampler.prepared(normal, self._problem, self._workers)
-        self._change_last(lambda block: self._sampler.begun(block, prepared, True))
+        places = list(draws.vector[:, -1])
+        prepared = self._sampler.prepared(normal, places, self._problem, self._workers)
+        self._change_last(*(partial(self._begun, prepared=own) for own in prepared))
 
-    def _change_last(self, change: Callable[[Any], Any]) -> None:
-        """Change the last block's state of all chains."""
-        states = [_with_last(one, change(one.block_states[-1])) for one in self._states]
+    def _begun(self, block: Any, prepared: Any) -> Any:
+        return self._sampler.begun(block, prepared, checked=True)
+
+    def _change_last(self, *changes: Callable[[Any], Any]) -> None:
+        """Change the last block's state of each chain."""
+        pairs = zip(self._states, changes, strict=True)
+        states = [_with_last(one, change(one.block_states[-1])) for one, change in pairs]
         self._states = _placed(states)
 
     def go_on(self, count: int) -> Draws:

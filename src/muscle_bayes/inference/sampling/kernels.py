@@ -1,8 +1,10 @@
 """The samplers' kernels, NumPyro's Gibbs of a block for each kind of site."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -47,8 +49,14 @@ class Sampler(Protocol):
     def blocks(self, layout: Layout) -> Blocks:
         """In which block each site is."""
 
-    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Any:
-        """What all chains need of the normal approximation."""
+    def prepared(
+        self,
+        normal: Normal,
+        places: Sequence[Float[np.ndarray, " n"]],
+        problem: Problem,
+        workers: int,
+    ) -> list[Any]:
+        """What each chain needs of the normal approximation and of its place."""
 
     def begun(self, state: Any, prepared: Any, checked: bool) -> Any:
         """The last block's state with that, and whether proposals are checked."""
@@ -100,8 +108,14 @@ class Nuts:
     def blocks(self, layout: Layout) -> Blocks:
         return blocks_of([name for name, _ in layout.shapes])
 
-    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
-        return normal
+    def prepared(
+        self,
+        normal: Normal,
+        places: Sequence[Float[np.ndarray, " n"]],
+        problem: Problem,
+        workers: int,
+    ) -> list[Normal]:
+        return [normal] * len(places)
 
     def begun(self, state: Any, prepared: Normal, checked: bool) -> Any:
         sites = tuple(dict.fromkeys(prepared.names))
@@ -134,7 +148,8 @@ class Nuts:
 class SurrogateSteps:
     """Slices of what acts like a wall, and `SurrogateTransitions` over all other sites.
 
-    The surrogate takes the model's predictions as quadratic about a typical point.
+    The surrogate takes the model's predictions as quadratic about a typical point, or about a place where
+    the chain was: by this it leaves what the other represents badly.
     """
 
     steps: int = 8
@@ -185,8 +200,18 @@ class SurrogateSteps:
                 rows.append(row)
         return np.array(rows)
 
-    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Expansion:
-        return expanded(normal.point, normal.entries, normal.covariance, problem, workers)
+    def prepared(
+        self,
+        normal: Normal,
+        places: Sequence[Float[np.ndarray, " n"]],
+        problem: Problem,
+        workers: int,
+    ) -> list[Expansion]:
+        typical, *own = (
+            expanded(point, normal.entries, normal.covariance, problem, workers)
+            for point in (normal.point, *places)
+        )
+        return [jax.tree.map(lambda *both: jnp.stack(both), typical, one) for one in own]
 
     def begun(self, state: Any, prepared: Expansion, checked: bool) -> Any:
         return state._replace(about=prepared, unchecked=jnp.array(not checked))

@@ -1,7 +1,6 @@
 """Metropolis steps that a surrogate of the posterior proposes, as a block of NumPyro's Gibbs."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -62,6 +61,8 @@ class _Place[T](NamedTuple):
 POWERS = (1.0, 0.5)
 """Of the surrogate's likelihood, one for each step. By the lower one chains leave where the surrogate is
 too narrow."""
+SECOND = 0.25
+"""Share of the steps by the second surrogate."""
 SORTS = (0.4, 0.15, 0.25, 0.2)
 """Probabilities of a whole step, of one that moves the noise alone, of swings alone, of one short swing."""
 _STAY, _LOOK, _MOVE, _SWING = range(4)
@@ -72,7 +73,7 @@ def sweep[T](
     key: Array,
     vector: Float[Array, " n"],
     log_density: LogDensity,
-    surrogate: Surrogate[T],
+    surrogate: Callable[[Array], Surrogate[T]],
     smooth: Int[Array, " m"],
     directions: Float[Array, "k n"],
     unchecked: bool | Array = False,
@@ -101,7 +102,7 @@ def sweep[T](
         key: random key.
         vector: where to start.
         log_density: ln p of a vector, and what else was computed there.
-        surrogate: q.
+        surrogate: q, of a number: 0, or by and by 1, which may serve where the first is poor.
         smooth: places of the entries that swing.
         directions: along which the noise moves, each with its largest scale.
         unchecked: whether to stay on the surrogate, whatever p is.
@@ -112,54 +113,56 @@ def sweep[T](
         longest: leap, in standard deviations of the rough normal.
         nearest: shortest one of short swings, as a share of that.
     """
-    kinds = [_MOVE] * (moves // 2) + [_SWING] * swings + [_MOVE] * (moves // 2)
-    middle = moves // 2
-    walk = jnp.array(kinds)
+    half = [_MOVE] * (moves // 2)
+    walk = jnp.array([_LOOK, *half, *[_SWING] * swings, *half])
     alone = jnp.where(walk == _SWING, _STAY, walk)
     still = jnp.where(walk == _MOVE, _STAY, walk)
-    near = jnp.full(len(kinds), _STAY).at[middle].set(_SWING)
-    look = jnp.full(len(kinds), _STAY).at[0].set(_LOOK)
-
-    def micro(
-        place: _Place[T], one: tuple[Array, Array, Array], power: Array
-    ) -> tuple[_Place[T], None]:
-        key, kind, leap = one
-        branches = (
-            lambda: place,
-            lambda: _noise_moved(key, place, surrogate, smooth, directions, power, kind == _LOOK),
-            lambda: _swung(key, place, surrogate, smooth, power, leaps, leap),
-        )
-        # A look is a move of no length: the surrogate is compiled in one place only.
-        return jax.lax.switch((kind + 1) // 2, branches), None
+    middle = 1 + len(half)
+    look = jnp.full(len(walk), _STAY).at[0].set(_LOOK)
+    near = look.at[middle].set(_SWING)
 
     def step(now: tuple, one: tuple[Array, Array]) -> tuple[tuple, Array]:
-        place, here, _ = now
+        vector, here, _ = now
         key, first = one
-        key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 5)
+        key_which, key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 6)
+        which = surrogate(jax.random.bernoulli(key_which, SECOND).astype(int))
         power = jnp.where(unchecked, 1.0, jax.random.choice(key_power, jnp.array(POWERS)))
-        place = place._replace(
-            log_density=surrogate.log_density(place.under[0], place.vector, power)
-        )
         sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(SORTS)))
         sequence = jnp.stack([look, walk, alone, still, near])[sort]
-        uniform = jax.random.uniform(key_size, (len(kinds),))
+        uniform = jax.random.uniform(key_size, (len(walk),))
         leap = longest * jnp.where(sort == 4, nearest**uniform, uniform)
-        keys = jax.random.split(key_micro, len(kinds))
-        further, _ = jax.lax.scan(partial(micro, power=power), place, (keys, sequence, leap))
+
+        def micro(place: _Place[T], one: tuple[Array, Array, Array]) -> tuple[_Place[T], Array]:
+            key, kind, leap = one
+            branches = (
+                lambda: place,
+                lambda: _noise_moved(key, place, which, smooth, directions, power, kind == _LOOK),
+                lambda: _swung(key, place, which, smooth, power, leaps, leap),
+            )
+            # A look is a move of no length: the surrogate is compiled in one place only.
+            place = jax.lax.switch((kind + 1) // 2, branches)
+            return place, place.log_density
+
+        nothing = jax.tree.map(
+            lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(which.under, vector)
+        )
+        begun = _Place(vector, nothing, jnp.zeros(()))
+        keys = jax.random.split(key_micro, len(walk))
+        further, seen = jax.lax.scan(micro, begun, (keys, sequence, leap))
         there, there_extra = log_density(further.vector)
-        rise = (there - further.log_density) - (here - place.log_density)
+        rise = (there - further.log_density) - (here - seen[0])
         chance = jnp.exp(jnp.minimum(0.0, jnp.where(jnp.isnan(rise), -jnp.inf, rise)))
         accepted = first | unchecked | (jax.random.uniform(key_accept) < chance)
-        proposal = further, there, there_extra
+        proposal = further.vector, there, there_extra
         return _either(accepted, proposal, now), jnp.where(first, 0.0, chance)
 
-    # The first step is such a look: it is where the density is compiled, too.
-    seen = jax.eval_shape(lambda v: (surrogate.under(v), *log_density(v)), vector)
-    under, here, extra = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), seen)
-    begun = _Place(vector, under, here), here, extra
+    # The first step is a look at the present point: the density is compiled in one place only.
+    here, extra = jax.tree.map(
+        lambda one: jnp.zeros(one.shape, one.dtype), jax.eval_shape(log_density, vector)
+    )
     keys, looks = jax.random.split(key, steps + 1), jnp.arange(steps + 1) == 0
-    (place, here, extra), chances = jax.lax.scan(step, begun, (keys, looks))
-    return Swept(place.vector, here, extra, jnp.sum(chances) / steps)
+    (vector, here, extra), chances = jax.lax.scan(step, (vector, here, extra), (keys, looks))
+    return Swept(vector, here, extra, jnp.sum(chances) / steps)
 
 
 def _noise_moved[T](
@@ -237,7 +240,7 @@ class SurrogateState(NamedTuple):
     place: Float[Array, " n"]
     """All sites, unconstrained."""
     about: Any
-    """Of which the surrogate is made; to be set before the first draw."""
+    """Of which both surrogates are made, stacked; to be set before the first draw."""
     unchecked: Array
     """Whether the chain stays on the surrogate."""
     accept_prob: Float[Array, ""]
@@ -314,7 +317,7 @@ class SurrogateTransitions(MCMCKernel):
             key_sweep,
             place,
             log_density,
-            self._surrogate(state.about, data),
+            lambda which: self._surrogate(jax.tree.map(lambda x: x[which], state.about), data),
             self._smooth,
             self._directions,
             state.unchecked,
