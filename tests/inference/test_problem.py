@@ -52,7 +52,7 @@ def in_degrees(folder: Path, source: str, shift: float, told: str) -> Path:
 
 
 def test_a_zero_that_may_be_off_is_an_unknown_of_each_run(tmp_path):
-    exact = read_runs([in_degrees(tmp_path, "spring-1", 0.0, "")])
+    exact = read_runs([in_degrees(tmp_path, "spring-1", 0.0, "position_zero_uncertainty = 0.0")])
     assert "fast.zero" not in dict(pose(exact).layout.shapes)
     unsure = "position_zero = 5.0\nposition_zero_uncertainty = 0.5"
     runs = read_runs([*(run.path for run in exact), in_degrees(tmp_path, "spring-2", 5.7, unsure)])
@@ -62,6 +62,9 @@ def test_a_zero_that_may_be_off_is_an_unknown_of_each_run(tmp_path):
     np.testing.assert_allclose(prior.mean, [0.0, 5.0])
     assert prior.scale[0] < 1e-3
     assert prior.scale[1] == 0.5
+    (unsaid,) = read_runs([in_degrees(tmp_path, "spring-3", 0.0, "")])
+    scale = pose([unsaid]).data.priors["fast.zero"].scale
+    np.testing.assert_allclose(scale, 2.0 * unsaid.sensor.resolution)
 
 
 def likelihood_at_prior_centres(runs: list[Run]) -> float:

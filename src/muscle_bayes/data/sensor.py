@@ -54,7 +54,9 @@ def sensor_of(metadata: Metadata, readings: ArrayLike) -> Sensor:
         columns = metadata.columns
         assert columns is not None, "Metadata guarantees columns where the unit is not counts"
         step = grid_step(readings)
-        uncertainty = _zero_uncertainty(columns.position_zero_uncertainty, step)
+        # What rests has no rate: the zero of a velocity is exact where nobody doubts it.
+        loose = step if metadata.measured == "position" else 0.0
+        uncertainty = _zero_uncertainty(columns.position_zero_uncertainty, loose)
         zero = columns.position_zero or 0.0
         return Sensor(unit, zero, metadata.output.factor, sign, step, uncertainty)
     potentiometer = metadata.potentiometer

@@ -61,7 +61,7 @@ def _has_thermometer(run: Run) -> bool:
 def _zero(sensor: Sensor) -> str:
     """What is taken for the uncertainty of a sensor's zero."""
     if sensor.zero_uncertainty == 0:
-        return "0, exact: the readings show no step"
+        return "0, exact"
     return f"{sensor.zero_uncertainty:g} {sensor.unit}, {ZERO_UNCERTAINTY:g} steps of the readings"
 
 

@@ -84,7 +84,8 @@ def _begin(
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
     entries = entries_of(smooth, layout)
     places = [dispersed(rng, mode, entries, problem) for _ in range(chains)]
-    prepared = sampler.prepared(normal_at(mode, layout, smooth), places, problem, workers)
+    normal = normal_at(mode, layout, smooth)
+    prepared = sampler.prepared(normal, [normal.point] * chains, problem, workers)
 
     @jax.jit
     def first(key: Array, place: Array, data: Data) -> GibbsState:

@@ -207,10 +207,12 @@ class SurrogateSteps:
         problem: Problem,
         workers: int,
     ) -> list[Expansion]:
-        typical, *own = (
-            expanded(point, normal.entries, normal.covariance, problem, workers)
-            for point in (normal.point, *places)
-        )
+        # Places that are the same are expanded once.
+        about = {
+            point.tobytes(): expanded(point, normal.entries, normal.covariance, problem, workers)
+            for point in {point.tobytes(): point for point in (normal.point, *places)}.values()
+        }
+        typical, *own = (about[point.tobytes()] for point in (normal.point, *places))
         return [jax.tree.map(lambda *both: jnp.stack(both), typical, one) for one in own]
 
     def begun(self, state: Any, prepared: Expansion, checked: bool) -> Any:

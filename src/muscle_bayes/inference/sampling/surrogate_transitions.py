@@ -81,7 +81,7 @@ def sweep[T](
     steps: int = 8,
     moves: int = 4,
     swings: int = 3,
-    leaps: int = 96,
+    leaps: int = 48,
     longest: float = 0.15,
     nearest: float = 0.01,
 ) -> Swept:
