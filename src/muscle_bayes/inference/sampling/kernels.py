@@ -40,8 +40,8 @@ class Sampler(Protocol):
     constrained: ClassVar[bool]
     """Whether that block is begun with values, rather than with unconstrained ones."""
     windows: ClassVar[int]
-    """Of warm-up, after each of which it is prepared anew by what was drawn, as after later rounds. Until
-    then its proposals are not checked: the chains see where it leads."""
+    """Of warm-up, after each of which it is prepared anew by what was drawn, as after later rounds. In the
+    first its proposals are not checked: the chains see where it leads."""
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""

@@ -24,14 +24,6 @@ from muscle_bayes.inference.sampling.surrogate_transitions import Rough, Surroga
 from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.tempering import entry_names
 
-SHARES = (1.0, 0.1)
-"""Lengths of differences, in posterior standard deviations. In each direction the flatter one counts: too
-wide a surrogate has its proposals rejected, too narrow a one keeps chains where they are."""
-BENT = 5
-"""Directions in which second differences are taken, the most curved ones."""
-FAR = 2.5
-"""Place along a direction, in posterior standard deviations, where its bend levels off."""
-
 
 class Expansion(NamedTuple):
     """Predictions about a point, along directions that are a posterior standard deviation long."""
@@ -65,8 +57,25 @@ def expanded(
     covariance: Float[np.ndarray, "m m"],
     problem: Problem,
     workers: int = 1,
+    *,
+    shares: tuple[float, ...] = (1.0, 0.1),
+    bent: int = 5,
 ) -> Expansion:
-    """Predictions at a point and about it, of the smooth `entries` with this covariance."""
+    """Predictions at a point and about it.
+
+    Motion is not smooth on all scales. So differences are taken over several lengths, and in each direction
+    the flatter one counts: too wide a surrogate has its proposals rejected, too narrow a one keeps chains
+    where they are.
+
+    Args:
+        point: unconstrained, of all sites.
+        entries: places of the smooth ones.
+        covariance: of these in the posterior, about.
+        problem: whose predictions they are.
+        workers: predictions at a time.
+        shares: lengths of the differences, in posterior standard deviations.
+        bent: directions in which second differences are taken, the most curved ones.
+    """
     layout, data = problem.layout, problem.data
     scales, ways = np.linalg.eigh(covariance)
     root = ways * np.sqrt(scales)
@@ -90,14 +99,14 @@ def expanded(
         return found[: len(moves)], found[len(moves) :]
 
     slopes, bends = [], []
-    for share in SHARES:
+    for share in shares:
         up, down = up_and_down(list(share * whole))
         slopes.append((up - down) / (2.0 * share))
         bends.append((up + down - 2.0 * here) / share**2)
-    most = np.argsort(-np.sum(_flattest(bends) ** 2, axis=1))[:BENT]
+    most = np.argsort(-np.sum(_flattest(bends) ** 2, axis=1))[:bent]
     pairs = list(combinations(most.tolist(), 2))
     crossed = []
-    for share, bend in zip(SHARES, bends, strict=True):
+    for share, bend in zip(shares, bends, strict=True):
         # e(i + j) + e(-i - j) - 2 e(0) has the bends of i and of j, and twice that of their product.
         ends = up_and_down([share * (whole[i] + whole[j]) for i, j in pairs])
         own = np.array([bend[i] + bend[j] for i, j in pairs]).reshape(-1, here.size)
@@ -138,14 +147,14 @@ def expected_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[
 
 
 def surrogate_of(
-    layout: Layout, entries: Int[np.ndarray, " m"]
+    layout: Layout, entries: Int[np.ndarray, " m"], far: float = 2.5
 ) -> Callable[[Expansion, Data], Surrogate[Said]]:
     """The surrogate of an expansion, with these smooth `entries`.
 
-    With u along the directions, and features f of u and of products of two (that level off far away),
-    predictions are linear in f. So are the standardised one-step-ahead errors e of the readings. Under any
-    noise the log likelihood is a quadratic form of f, of precision (de)'(de): once known, it needs no
-    readings.
+    With u along the directions, and features f of u and of products of two, predictions are linear in f. So
+    are the standardised one-step-ahead errors e of the readings. Under any noise the log likelihood is a
+    quadratic form of f, of precision (de)'(de): once known, it needs no readings. In products, u levels off
+    at `far` standard deviations, for bends seldom go on.
     """
     count = len(entries)
     row = np.full(len(entry_names(layout)), count)
@@ -192,7 +201,7 @@ def surrogate_of(
 
         def log_density(found: Said, vector: Array, power: Array) -> Array:
             u = about.inverse_root @ (vector[entries] - about.point[entries])
-            bent = FAR * jnp.tanh(u / FAR)
+            bent = far * jnp.tanh(u / far)
             features = jnp.concatenate([u, bent[about.first] * bent[about.second]])
             said = found.slope @ features - 0.5 * features @ found.precision @ features
             return power * (found.total + said) + log_prior(vector, layout, data)

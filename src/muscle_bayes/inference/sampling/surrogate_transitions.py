@@ -58,13 +58,6 @@ class _Place[T](NamedTuple):
     """Of the surrogate."""
 
 
-POWERS = (1.0, 0.5)
-"""Of the surrogate's likelihood, one for each step. By the lower one chains leave where the surrogate is
-too narrow."""
-SECOND = 0.25
-"""Share of the steps by the second surrogate."""
-SORTS = (0.4, 0.15, 0.25, 0.2)
-"""Probabilities of a whole step, of one that moves the noise alone, of swings alone, of one short swing."""
 _STAY, _LOOK, _MOVE, _SWING = range(4)
 """Kinds of steps on the surrogate: none; a look at the place; the noise moves; the smooth entries do."""
 
@@ -84,6 +77,9 @@ def sweep[T](
     leaps: int = 48,
     longest: float = 0.15,
     nearest: float = 0.01,
+    sorts: tuple[float, float, float, float] = (0.4, 0.15, 0.25, 0.2),
+    powers: tuple[float, float] = (1.0, 0.5),
+    second: float = 0.25,
 ) -> Swept:
     """Some steps of the surrogate transition method.
 
@@ -112,6 +108,10 @@ def sweep[T](
         leaps: of the leapfrog method, in each swing.
         longest: leap, in standard deviations of the rough normal.
         nearest: shortest one of short swings, as a share of that.
+        sorts: probabilities of a whole step, of the noise alone, of swings alone, of one short swing.
+        powers: of the surrogate's likelihood, one of them in each step. By the lower one, chains leave
+            where the surrogate is too narrow.
+        second: share of the steps by the second surrogate.
     """
     half = [_MOVE] * (moves // 2)
     walk = jnp.array([_LOOK, *half, *[_SWING] * swings, *half])
@@ -125,9 +125,9 @@ def sweep[T](
         vector, here, _ = now
         key, first = one
         key_which, key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 6)
-        which = surrogate(jax.random.bernoulli(key_which, SECOND).astype(int))
-        power = jnp.where(unchecked, 1.0, jax.random.choice(key_power, jnp.array(POWERS)))
-        sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(SORTS)))
+        which = surrogate(jax.random.bernoulli(key_which, second).astype(int))
+        power = jnp.where(unchecked, 1.0, jax.random.choice(key_power, jnp.array(powers)))
+        sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(sorts)))
         sequence = jnp.stack([look, walk, alone, still, near])[sort]
         uniform = jax.random.uniform(key_size, (len(walk),))
         leap = longest * jnp.where(sort == 4, nearest**uniform, uniform)
