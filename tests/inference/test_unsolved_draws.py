@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.examples import load_example
 from muscle_bayes.inference.posteriors.predict import Prediction
-from muscle_bayes.inference.posteriors.predictive import _solved
+from muscle_bayes.inference.posteriors import predictive
+from muscle_bayes.inference.posteriors.predictive import _solved, predict_from_prior
 
 DRAWS, SIZE = 40, 6
 
@@ -33,3 +35,13 @@ def test_a_draw_that_fails_in_one_run_is_left_out_of_all() -> None:
 def test_many_draws_that_fail_are_an_error_that_names_the_run() -> None:
     with pytest.raises(MuscleBayesError, match=r"saw: the model cannot be solved in 5 of 40 draws"):
         _solved([_prediction("saw", [0, 1, 2, 3, 4])])
+
+
+def test_a_prior_may_reach_where_nothing_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    def some(*_: object) -> list[Prediction]:
+        return [_prediction("spring-1", list(range(30)))]
+
+    monkeypatch.setattr(predictive, "predict", some)
+    (found,) = predict_from_prior(load_example("spring-1"), draws=DRAWS)
+    assert (found.unsolved, len(found.model)) == (30, 10)
+    assert np.isfinite(found.model).all()

@@ -187,10 +187,12 @@ def predict_from_prior(
         seed: of the random numbers.
 
     Returns:
-        A prediction for each run: draws of its readings [the log's unit] over time [s].
+        A prediction for each run: draws of its readings [the log's unit] over time [s]. Draws in which a
+        run cannot be solved are left out, nine in ten of them at most.
 
     Raises:
-        MuscleBayesError: for runs that cannot be fitted together and unknown effects.
+        MuscleBayesError: for runs that cannot be fitted together or are solved in hardly a draw, and for
+            unknown effects.
 
     Example:
         >>> import muscle_bayes as mb
@@ -200,4 +202,5 @@ def predict_from_prior(
     """
     problem = pose(runs, friction, effects)
     values = prior_draws(jax.random.key(seed), draws, problem.layout, problem.data)
-    return predict(problem, values, seed + 1)
+    # A prior reaches far: much of it may be where no force balances.
+    return _solved(predict(problem, values, seed + 1), most=0.9)

@@ -97,11 +97,14 @@ def _draw_posterior(
 def _draw_prior(plan: Plan, drawn: Drawn, part: str, posterior: Posterior, runs: list[Run]) -> None:
     # All runs as in the fit, for the programs compiled there; two are enough to look at.
     prior = predict_from_prior(runs, posterior.friction, posterior.effects, seed=plan.config.seed)
+    unsolved = prior[0].unsolved
+    count = unsolved + len(prior[0].model)
     drawn.add(
         f"prior-{part}",
         prior_predictive_figure(prior[:2], runs[0].metadata.origin),
         "Before any fit, the model allows all of this: central 50 and 90 % of models drawn from the prior, "
-        "without noise, and what was logged.",
+        "without noise, and what was logged."
+        + (f" {unsolved} of {count} draws cannot be solved and are left out." if unsolved else ""),
         origin_of(runs[:2]),
     )
 
