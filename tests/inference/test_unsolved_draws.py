@@ -5,8 +5,8 @@ import pytest
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.examples import load_example
-from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.inference.posteriors import predictive
+from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.inference.posteriors.predictive import _solved, predict_from_prior
 
 DRAWS, SIZE = 40, 6
