@@ -102,7 +102,11 @@ class Gains(Table):
     def sentence(self) -> str:
         """The gains in words."""
         unit = "K" if self.inner is not None else "duty"
-        told = f"{self.proportional:.4g} {unit}/rad, {self.integral:.4g} {unit}/(rad s)"
+        proportional, integral = (
+            f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
+            for value in (self.proportional, self.integral)
+        )
+        told = f"{proportional} {unit}/rad, {integral} {unit}/(rad s)"
         more = [(self.bias, f"bias {self.bias:.3g} {unit}")]
         more.append((self.filter_time, f"setpoint filter {self.filter_time:.3g} s"))
         return ", ".join([told, *(text for value, text in more if value)])
