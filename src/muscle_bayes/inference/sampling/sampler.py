@@ -32,8 +32,8 @@ class Effort:
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
-    """How sites are sampled. None: by `SurrogateSteps`; where chains of it are still far from each other
-    after the first draws, by it with effects apart, or by `Nuts`."""
+    """How sites are sampled. None: by `SurrogateSteps`, or on driven axes by `Nuts`. Where chains are still
+    far from each other after the first draws, by the other, or with effects apart."""
     far_apart: float = 1.15
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
@@ -118,8 +118,14 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
 
 
 def _samplers(problem: Problem) -> list[Sampler]:
-    """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
+    """In the order in which they are tried.
+
+    NUTS is good at swings, and often diverges on slow motion. It comes first on driven axes that are cut
+    into segments: there friction reverses often, and surrogates hold in a small neighbourhood only.
+    """
     layout = problem.layout
     apart: list[Sampler] = [SurrogateSteps(apart=tuple(layout.effects))] if layout.effects else []
+    if any(layout.segmented):
+        return [Nuts(), SurrogateSteps(), *apart]
     others = [*apart, Nuts()] if "slow" in layout.regimes else [Nuts(), *apart]
     return [SurrogateSteps(), *others]
