@@ -100,7 +100,7 @@ def _begin(
     states = []
     for key_chain, place, own in zip(jax.random.split(key, chains), places, prepared, strict=True):
         state = first(key_chain, jnp.asarray(place), data)
-        last = sampler.begun(state.block_states[-1], own, not sampler.windows)
+        last = sampler.begun(state.block_states[-1], own)
         states.append(_with_last(state, last))
     return states
 
@@ -167,7 +167,7 @@ class Chains:
         self._change_last(*(partial(self._begun, prepared=own) for own in prepared))
 
     def _begun(self, block: Any, prepared: Any) -> Any:
-        return self._sampler.begun(block, prepared, checked=True)
+        return self._sampler.begun(block, prepared)
 
     def _change_last(self, *changes: Callable[[Any], Any]) -> None:
         """Change the last block's state of each chain."""

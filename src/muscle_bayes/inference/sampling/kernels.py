@@ -40,8 +40,7 @@ class Sampler(Protocol):
     constrained: ClassVar[bool]
     """Whether that block is begun with values, rather than with unconstrained ones."""
     windows: ClassVar[int]
-    """Of warm-up, after each of which it is prepared anew by what was drawn, as after later rounds. In the
-    first its proposals are not checked: the chains see where it leads."""
+    """Of warm-up, after each of which it is prepared anew by what was drawn, as after later rounds."""
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""
@@ -58,8 +57,8 @@ class Sampler(Protocol):
     ) -> list[Any]:
         """What each chain needs of the normal approximation and of its place."""
 
-    def begun(self, state: Any, prepared: Any, checked: bool) -> Any:
-        """The last block's state with that, and whether proposals are checked."""
+    def begun(self, state: Any, prepared: Any) -> Any:
+        """The last block's state with that."""
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         """The state of all chains after warm-up; statistics have chain and draw axes."""
@@ -117,7 +116,7 @@ class Nuts:
     ) -> list[Normal]:
         return [normal] * len(places)
 
-    def begun(self, state: Any, prepared: Normal, checked: bool) -> Any:
+    def begun(self, state: Any, prepared: Normal) -> Any:
         sites = tuple(dict.fromkeys(prepared.names))
         root = np.linalg.cholesky(np.linalg.inv(prepared.covariance))
         adapted = state.adapt_state._replace(
@@ -215,8 +214,8 @@ class SurrogateSteps:
         typical, *own = (about[point.tobytes()] for point in (normal.point, *places))
         return [jax.tree.map(lambda *both: jnp.stack(both), typical, one) for one in own]
 
-    def begun(self, state: Any, prepared: Expansion, checked: bool) -> Any:
-        return state._replace(about=prepared, unchecked=jnp.array(not checked))
+    def begun(self, state: Any, prepared: Expansion) -> Any:
+        return state._replace(about=prepared)
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:
         return state

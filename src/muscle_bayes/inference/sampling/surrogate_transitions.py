@@ -69,7 +69,6 @@ def sweep[T](
     surrogate: Callable[[Array], Surrogate[T]],
     smooth: Int[Array, " m"],
     directions: Float[Array, "k n"],
-    unchecked: bool | Array = False,
     *,
     steps: int = 8,
     moves: int = 4,
@@ -101,7 +100,6 @@ def sweep[T](
         surrogate: q, of a number: 0, or by and by 1, which may serve where the first is poor.
         smooth: places of the entries that swing.
         directions: along which the noise moves, each with its largest scale.
-        unchecked: whether to stay on the surrogate, whatever p is.
         steps: proposals.
         moves: of the noise, in each.
         swings: in each.
@@ -126,7 +124,7 @@ def sweep[T](
         key, first = one
         key_which, key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 6)
         which = surrogate(jax.random.bernoulli(key_which, second).astype(int))
-        power = jnp.where(unchecked, 1.0, jax.random.choice(key_power, jnp.array(powers)))
+        power = jax.random.choice(key_power, jnp.array(powers))
         sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(sorts)))
         sequence = jnp.stack([look, walk, alone, still, near])[sort]
         uniform = jax.random.uniform(key_size, (len(walk),))
@@ -152,7 +150,7 @@ def sweep[T](
         there, there_extra = log_density(further.vector)
         rise = (there - further.log_density) - (here - seen[0])
         chance = jnp.exp(jnp.minimum(0.0, jnp.where(jnp.isnan(rise), -jnp.inf, rise)))
-        accepted = first | unchecked | (jax.random.uniform(key_accept) < chance)
+        accepted = first | (jax.random.uniform(key_accept) < chance)
         proposal = further.vector, there, there_extra
         return _either(accepted, proposal, now), jnp.where(first, 0.0, chance)
 
@@ -241,8 +239,6 @@ class SurrogateState(NamedTuple):
     """All sites, unconstrained."""
     about: Any
     """Of which both surrogates are made, stacked; to be set before the first draw."""
-    unchecked: Array
-    """Whether the chain stays on the surrogate."""
     accept_prob: Float[Array, ""]
     potential_energy: Float[Array, ""]
     """Negative log density of all unconstrained sites."""
@@ -300,8 +296,7 @@ class SurrogateTransitions(MCMCKernel):
         others = (model_kwargs or {}).get(GIBBS_SITES_KWARG, {})
         place = unconstrain({**others, **init_params}, self._layout, model_args[0])
         nothing = jnp.zeros(())
-        unchecked = jnp.ones((), bool)
-        return SurrogateState(dict(init_params), place, None, unchecked, nothing, nothing, rng_key)
+        return SurrogateState(dict(init_params), place, None, nothing, nothing, rng_key)
 
     def sample(self, state: SurrogateState, model_args: Any, model_kwargs: Any) -> SurrogateState:
         """One sweep."""
@@ -320,7 +315,6 @@ class SurrogateTransitions(MCMCKernel):
             lambda which: self._surrogate(jax.tree.map(lambda x: x[which], state.about), data),
             self._smooth,
             self._directions,
-            state.unchecked,
             steps=self._steps,
             moves=self._moves,
         )
@@ -333,7 +327,6 @@ class SurrogateTransitions(MCMCKernel):
             {name: values[name] for name in state.z},
             vector,
             state.about,
-            state.unchecked,
             found.acceptance,
             potential_given(found.extra, vector, layout, data),
             key,
