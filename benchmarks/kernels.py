@@ -14,11 +14,11 @@ import muscle_bayes as mb
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.inference.sampling.gibbs_blocks import blocks_of
-from muscle_bayes.inference.sampling.kernels import Nuts, Sampler, SurrogateSteps
+from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
 from muscle_bayes.inference.sampling.sampler import Effort, draw
 from muscle_bayes.inference.search.mode import find_mode
 
-KERNELS: dict[str, Sampler] = {"surrogate transitions": SurrogateSteps(), "NUTS": Nuts()}
+KERNELS: dict[str, Sampler] = {"surrogate transitions": LinearisedSteps(), "NUTS": Nuts()}
 COLUMNS = (
     "runs",
     "kernel",

@@ -81,11 +81,8 @@ def _begin(
     """First states of all chains: about the mode, as wide as its Fisher information."""
     layout, data = problem.layout, problem.data
     smooth = sampler.blocks(layout).smooth
+    prepared = sampler.prepared(normal_at(mode, layout, smooth), problem, workers)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
-    entries = entries_of(smooth, layout)
-    places = [dispersed(rng, mode, entries, problem) for _ in range(chains)]
-    normal = normal_at(mode, layout, smooth)
-    prepared = sampler.prepared(normal, [normal.point] * chains, problem, workers)
 
     @jax.jit
     def first(key: Array, place: Array, data: Data) -> GibbsState:
@@ -98,10 +95,10 @@ def _begin(
         return kernel.init(key, SCHEDULE, values, (data,), {"predict": False})
 
     states = []
-    for key_chain, place, own in zip(jax.random.split(key, chains), places, prepared, strict=True):
+    for key_chain in jax.random.split(key, chains):
+        place = dispersed(rng, mode, entries_of(smooth, layout), problem)
         state = first(key_chain, jnp.asarray(place), data)
-        last = sampler.begun(state.block_states[-1], own)
-        states.append(_with_last(state, last))
+        states.append(_with_last(state, sampler.begun(state.block_states[-1], prepared)))
     return states
 
 
@@ -141,44 +138,33 @@ class Chains:
         report(0, self._planned, "compiling")
 
     def warm_up(self, count: int) -> None:
-        """Drop so many draws, at least one chunk, and adapt to them."""
-        for _ in range(self._sampler.windows):
-            self._advance(self._chunk, lambda: "warm-up")
-            self._prepare_again()
-            self._rows = []
-            count -= self._chunk
-        self._advance(max(count, self._chunk), lambda: "warm-up")
+        """Drop so many draws, and adapt to them."""
+        if self._sampler.recentred:
+            self._advance(count // 2, lambda: "warm-up")
+            self._recentre()
+            count -= count // 2
+        self._advance(count, lambda: "warm-up")
         statistics = _joined(self._rows).statistics
-        warmed = [lambda block: self._sampler.warmed(block, statistics)] * len(self._states)
-        self._change_last(*warmed)
-        if self._sampler.windows:
-            self._prepare_again()
+        self._change_last(lambda block: self._sampler.warmed(block, statistics))
         self._rows = []
 
-    def _prepare_again(self) -> None:
-        """Prepare the sampler anew, by the later half of what was drawn."""
-        draws = self._drawn()
-        draws = draws.after(draws.vector.shape[1] // 2)
-        vectors = draws.vector.reshape(-1, draws.vector.shape[2])
+    def _recentre(self) -> None:
+        """Drop what was drawn, and begin about a typical point of it."""
+        vectors = self._drawn().vector
+        typical = vectors[:, vectors.shape[1] // 2 :].mean((0, 1))
         smooth = self._sampler.blocks(self._problem.layout).smooth
-        normal = normal_of_typical(vectors, self._problem, smooth)
-        places = list(draws.vector[:, -1])
-        prepared = self._sampler.prepared(normal, places, self._problem, self._workers)
-        self._change_last(*(partial(self._begun, prepared=own) for own in prepared))
+        normal = normal_of_typical(typical, self._problem, smooth)
+        prepared = self._sampler.prepared(normal, self._problem, self._workers)
+        self._change_last(lambda block: self._sampler.begun(block, prepared))
+        self._rows = []
 
-    def _begun(self, block: Any, prepared: Any) -> Any:
-        return self._sampler.begun(block, prepared)
-
-    def _change_last(self, *changes: Callable[[Any], Any]) -> None:
-        """Change the last block's state of each chain."""
-        pairs = zip(self._states, changes, strict=True)
-        states = [_with_last(one, change(one.block_states[-1])) for one, change in pairs]
+    def _change_last(self, change: Callable[[Any], Any]) -> None:
+        """Change the last block's state of all chains."""
+        states = [_with_last(one, change(one.block_states[-1])) for one in self._states]
         self._states = _placed(states)
 
     def go_on(self, count: int) -> Draws:
         """All draws, after so many more."""
-        if self._rows and self._sampler.windows:
-            self._prepare_again()
         self._advance(count, lambda: _note(self._drawn()))
         return self._drawn()
 

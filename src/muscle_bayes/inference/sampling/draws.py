@@ -22,11 +22,6 @@ class Draws(NamedTuple):
         """How many transitions diverged; none do without gradients."""
         return int(self.statistics.get("diverging", np.zeros(())).sum())
 
-    def after(self, count: int) -> "Draws":
-        """Those after the first of each chain."""
-        statistics = {name: value[:, count:] for name, value in self.statistics.items()}
-        return Draws(self.vector[:, count:], self.values[:, count:], statistics)
-
 
 def worst_rhat(draws: Draws) -> float:
     """The largest rank-normalised R-hat of the sampled quantities; infinite where a chain does not move."""

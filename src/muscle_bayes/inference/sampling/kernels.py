@@ -1,10 +1,8 @@
 """The samplers' kernels, NumPyro's Gibbs of a block for each kind of site."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -22,8 +20,8 @@ from muscle_bayes.inference.sampling.gibbs_blocks import (
     noise_update,
     wall_update,
 )
+from muscle_bayes.inference.sampling.linearised import Linearised, linearised, surrogate_of
 from muscle_bayes.inference.sampling.normal import Normal, entries_of
-from muscle_bayes.inference.sampling.quadratic import Expansion, expanded, surrogate_of
 from muscle_bayes.inference.sampling.surrogate_transitions import SurrogateTransitions
 from muscle_bayes.inference.search.tempering import entry_names
 
@@ -39,8 +37,8 @@ class Sampler(Protocol):
     """What a draw leaves, by ArviZ's name, and its field of the last block's state."""
     constrained: ClassVar[bool]
     """Whether that block is begun with values, rather than with unconstrained ones."""
-    windows: ClassVar[int]
-    """Of warm-up, after each of which it is prepared anew by what was drawn, as after later rounds."""
+    recentred: ClassVar[bool]
+    """Whether half of the warm-up tells of a point that serves better than the mode."""
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         """The kernel of all sites."""
@@ -48,14 +46,8 @@ class Sampler(Protocol):
     def blocks(self, layout: Layout) -> Blocks:
         """In which block each site is."""
 
-    def prepared(
-        self,
-        normal: Normal,
-        places: Sequence[Float[np.ndarray, " n"]],
-        problem: Problem,
-        workers: int,
-    ) -> list[Any]:
-        """What each chain needs of the normal approximation and of its place."""
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Any:
+        """What all chains need of the normal approximation."""
 
     def begun(self, state: Any, prepared: Any) -> Any:
         """The last block's state with that."""
@@ -90,7 +82,7 @@ class Nuts:
         "step_size": "adapt_state.step_size",
     }
     constrained: ClassVar[bool] = False
-    windows: ClassVar[int] = 0
+    recentred: ClassVar[bool] = False
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         sites = self.blocks(model.problem.layout)
@@ -107,14 +99,8 @@ class Nuts:
     def blocks(self, layout: Layout) -> Blocks:
         return blocks_of([name for name, _ in layout.shapes])
 
-    def prepared(
-        self,
-        normal: Normal,
-        places: Sequence[Float[np.ndarray, " n"]],
-        problem: Problem,
-        workers: int,
-    ) -> list[Normal]:
-        return [normal] * len(places)
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
+        return normal
 
     def begun(self, state: Any, prepared: Normal) -> Any:
         sites = tuple(dict.fromkeys(prepared.names))
@@ -144,16 +130,17 @@ class Nuts:
 
 
 @dataclass(frozen=True)
-class SurrogateSteps:
+class LinearisedSteps:
     """Slices of what acts like a wall, and `SurrogateTransitions` over all other sites.
 
-    The surrogate takes the model's predictions as quadratic about a typical point, or about a place where
-    the chain was: by this it leaves what the other represents badly.
+    The surrogate takes the model's predictions as linear about a typical point.
     """
 
     steps: int = 8
     moves: int = 4
     """Of the noise, in each step."""
+    spread: float = 1.1
+    """Standard deviation of proposals, in those of the surrogate, whose tails may be too thin."""
     noise_widths: tuple[float, float, float] = (0.5, 2.0, 2.0)
     """Largest scale of moves in log noise, log discrepancy and log correlation time."""
     apart: tuple[str, ...] = ()
@@ -166,7 +153,7 @@ class SurrogateSteps:
         "place": "place",
     }
     constrained: ClassVar[bool] = True
-    windows: ClassVar[int] = 2
+    recentred: ClassVar[bool] = True
 
     def kernel(self, model: CalibrationModel) -> Gibbs:
         layout = model.problem.layout
@@ -174,7 +161,7 @@ class SurrogateSteps:
         smooth = entries_of(sites.smooth, layout)
         whole = SurrogateTransitions(
             model,
-            surrogate_of(layout, smooth),
+            surrogate_of(layout, smooth, self.spread),
             smooth,
             self._noise_directions(layout),
             noise_slices(model, self.slices),
@@ -199,22 +186,10 @@ class SurrogateSteps:
                 rows.append(row)
         return np.array(rows)
 
-    def prepared(
-        self,
-        normal: Normal,
-        places: Sequence[Float[np.ndarray, " n"]],
-        problem: Problem,
-        workers: int,
-    ) -> list[Expansion]:
-        # Places that are the same are expanded once.
-        about = {
-            point.tobytes(): expanded(point, normal.entries, normal.covariance, problem, workers)
-            for point in {point.tobytes(): point for point in (normal.point, *places)}.values()
-        }
-        typical, *own = (about[point.tobytes()] for point in (normal.point, *places))
-        return [jax.tree.map(lambda *both: jnp.stack(both), typical, one) for one in own]
+    def prepared(self, normal: Normal, problem: Problem, workers: int) -> Linearised:
+        return linearised(normal.point, normal.entries, normal.covariance, problem, workers)
 
-    def begun(self, state: Any, prepared: Expansion) -> Any:
+    def begun(self, state: Any, prepared: Linearised) -> Any:
         return state._replace(about=prepared)
 
     def warmed(self, state: Any, statistics: dict[str, np.ndarray]) -> Any:

@@ -39,33 +39,16 @@ def normal_at(mode: Mode, layout: Layout, smooth: Collection[str]) -> Normal:
 
 
 def normal_of_typical(
-    vectors: Float[np.ndarray, "draw n"],
-    problem: Problem,
-    smooth: Collection[str],
-    *,
-    independent: float = 0.5,
+    point: Float[np.ndarray, " n"], problem: Problem, smooth: Collection[str]
 ) -> Normal:
-    """The normal approximation of the smooth sites where all others are as in the mean of draws.
+    """The normal approximation of the smooth sites where all others are as at a point.
 
     At the mode of the joint density the noise is smaller than in most of the posterior, and so is the
-    spread of all that readings tell. The covariance is that of the draws, shrunk towards the Fisher
-    information's as if this came from as many draws as there are entries.
-
-    Args:
-        vectors: draws of all sites, unconstrained.
-        problem: whose posterior it is.
-        smooth: the sites.
-        independent: share of the draws that counts.
+    spread of all that readings tell.
     """
     layout = problem.layout
-    others = np.setdiff1d(np.arange(vectors.shape[1]), entries_of(smooth, layout))
-    found = normal_at(
-        descended(vectors.mean(0), layout, problem.data, list(others)), layout, smooth
-    )
-    count = independent * len(vectors)
-    weight = count / (count + len(found.entries))
-    drawn = np.cov(vectors[:, found.entries].T)
-    return found._replace(covariance=weight * drawn + (1.0 - weight) * found.covariance)
+    others = np.setdiff1d(np.arange(point.size), entries_of(smooth, layout))
+    return normal_at(descended(point, layout, problem.data, list(others)), layout, smooth)
 
 
 def dispersed(

@@ -10,7 +10,7 @@ from jaxtyping import Array
 from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.sampling.chains import Chains
 from muscle_bayes.inference.sampling.draws import Draws, worst_rhat
-from muscle_bayes.inference.sampling.kernels import Nuts, Sampler, SurrogateSteps
+from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
 from muscle_bayes.inference.search.mode import Mode
 
 MAX_RHAT = 1.01
@@ -32,9 +32,9 @@ class Effort:
     max_rhat: float = MAX_RHAT
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
-    """How sites are sampled. None: by `SurrogateSteps`, or on driven axes by `Nuts`. Where chains are still
-    far from each other after the first draws, by the other, or with effects apart."""
-    far_apart: float = 1.15
+    """How sites are sampled. None: by `LinearisedSteps`; where chains of it are still far from each other
+    after the first draws, by it with effects apart, or by `Nuts`."""
+    far_apart: float = 1.3
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
     """Share of their transitions that may diverge, else it is, too."""
@@ -86,18 +86,10 @@ def draw(
     samplers = [effort.sampler] if effort.sampler else _samplers(problem)
     draws, chains = first_to_mix(starmap(begin, enumerate(samplers, 1)), effort)
     for _ in range(effort.rounds):
-        if found := first_agreeing(draws, effort):
-            return found
+        if agree(draws, effort):
+            break
         draws = chains.go_on(effort.draws // 2)
-    return first_agreeing(draws, effort) or draws
-
-
-def first_agreeing(draws: Draws, effort: Effort) -> Draws | None:
-    """All draws if they agree, else those that do without the first third, as further warm-up."""
-    for one in (draws, draws.after(draws.values.shape[1] // 3)):
-        if agree(one, effort):
-            return one
-    return None
+    return draws
 
 
 def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains]:
@@ -118,14 +110,8 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
 
 
 def _samplers(problem: Problem) -> list[Sampler]:
-    """In the order in which they are tried.
-
-    NUTS is good at swings, and often diverges on slow motion. It comes first on driven axes that are cut
-    into segments: there friction reverses often, and surrogates hold in a small neighbourhood only.
-    """
+    """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
     layout = problem.layout
-    apart: list[Sampler] = [SurrogateSteps(apart=tuple(layout.effects))] if layout.effects else []
-    if any(layout.segmented):
-        return [Nuts(), SurrogateSteps(), *apart]
+    apart: list[Sampler] = [LinearisedSteps(apart=tuple(layout.effects))] if layout.effects else []
     others = [*apart, Nuts()] if "slow" in layout.regimes else [Nuts(), *apart]
-    return [SurrogateSteps(), *others]
+    return [LinearisedSteps(), *others]

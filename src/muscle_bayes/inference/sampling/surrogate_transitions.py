@@ -1,4 +1,4 @@
-"""Metropolis steps that a surrogate of the posterior proposes, as a block of NumPyro's Gibbs."""
+"""Metropolis steps that a normal surrogate of the posterior proposes, as a block of NumPyro's Gibbs."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -19,23 +19,16 @@ from muscle_bayes.inference.sampling.slice_sampling import LogDensity
 from muscle_bayes.inference.search.tempering import entry_names
 
 
-class Rough(NamedTuple):
-    """A normal of the smooth entries under some noise, more or less: N(centre, root root')."""
+class Surrogate(NamedTuple):
+    """An approximate density of the smooth entries x and of the noise n: p(n) N(x; centre, root root')."""
 
+    log_marginal: Float[Array, ""]
+    """ln p(n), up to a constant."""
     centre: Float[Array, " m"]
     root: Float[Array, "m m"]
     inverse_root: Float[Array, "m m"]
     log_volume: Float[Array, ""]
-    """ln |det root|, up to a constant."""
-
-
-class Surrogate[T](NamedTuple):
-    """An approximate density that costs little."""
-
-    under: Callable[[Array], tuple[T, Rough]]
-    """What it needs of a vector's noise, that is of all entries but the smooth ones."""
-    log_density: Callable[[T, Array, Array], Float[Array, ""]]
-    """Of a vector, given that, with the likelihood raised to a power."""
+    """ln |det root|."""
 
 
 class Swept(NamedTuple):
@@ -49,180 +42,88 @@ class Swept(NamedTuple):
     """Mean probability of acceptance."""
 
 
-class _Place[T](NamedTuple):
-    """Where a chain on the surrogate is."""
-
-    vector: Float[Array, " n"]
-    under: tuple[T, Rough]
-    log_density: Float[Array, ""]
-    """Of the surrogate."""
-
-
-_STAY, _LOOK, _MOVE, _SWING = range(4)
-"""Kinds of steps on the surrogate: none; a look at the place; the noise moves; the smooth entries do."""
-
-
-def sweep[T](
+def sweep(
     key: Array,
     vector: Float[Array, " n"],
     log_density: LogDensity,
-    surrogate: Callable[[Array], Surrogate[T]],
+    surrogate: Callable[[Array], Surrogate],
     smooth: Int[Array, " m"],
     directions: Float[Array, "k n"],
     *,
     steps: int = 8,
     moves: int = 4,
-    swings: int = 3,
-    leaps: int = 48,
-    longest: float = 0.15,
     nearest: float = 0.01,
-    sorts: tuple[float, float, float, float] = (0.4, 0.15, 0.25, 0.2),
-    powers: tuple[float, float] = (1.0, 0.5),
-    second: float = 0.25,
 ) -> Swept:
     """Some steps of the surrogate transition method.
 
-    Each runs a chain on the surrogate q: half of the noise's moves, swings of the smooth entries, the other
-    half of the moves. A move of the noise is a random-walk Metropolis step that carries the smooth entries
-    along, by the rough normals before and after it. A swing is a Hamiltonian trajectory. The sequence is
-    the same backwards, so its end is accepted with probability min(1, p(x') q(x) / (p(x) q(x'))), p being
-    the density. It costs one value of p, and no gradient of it. Some steps are
-    not whole: they move the noise alone, or are swings alone, or a single short one. Far from where the
-    surrogate holds, such small steps alone are accepted.
+    First the noise moves by random-walk Metropolis steps under the surrogate's marginal. Then the smooth
+    entries x are proposed: x' = c' + R' u', u' = sqrt(1 - b^2) u + b e with u = R^-1 (x - c) and e standard
+    normal (preconditioned Crank-Nicolson). So they are carried along as noise makes their normal wider and
+    moves it. Both leave the surrogate q as it is and are reversible: the step is accepted with probability
+    min(1, p(x', n') q(x, n) / (p(x, n) q(x', n'))). It costs one value of the density p, and no gradient.
+    In one step in two the noise stays, and in half of these b is small, log-uniform down to `nearest`; else
+    sqrt(1 - b^2) is uniform on (0, 1). Far from where the surrogate holds, such steps alone are accepted.
 
     Sources: Liu, Monte Carlo Strategies in Scientific Computing (2001), section 9.4.3; Christen and Fox,
-    J. Comput. Graph. Stat. 14 (2005), 795-810; Neal, Handbook of Markov Chain Monte Carlo (2011), ch. 5.
+    J. Comput. Graph. Stat. 14 (2005), 795-810; Cotter, Roberts, Stuart and White, Statistical Science 28
+    (2013), section 4.
 
     Args:
         key: random key.
         vector: where to start.
         log_density: ln p of a vector, and what else was computed there.
-        surrogate: q, of a number: 0, or by and by 1, which may serve where the first is poor.
-        smooth: places of the entries that swing.
+        surrogate: of a vector; it must not depend on the smooth entries.
+        smooth: their places.
         directions: along which the noise moves, each with its largest scale.
         steps: proposals.
         moves: of the noise, in each.
-        swings: in each.
-        leaps: of the leapfrog method, in each swing.
-        longest: leap, in standard deviations of the rough normal.
-        nearest: shortest one of short swings, as a share of that.
-        sorts: probabilities of a whole step, of the noise alone, of swings alone, of one short swing.
-        powers: of the surrogate's likelihood, one of them in each step. By the lower one, chains leave
-            where the surrogate is too narrow.
-        second: share of the steps by the second surrogate.
+        nearest: smallest scale of a step, in the surrogate's standard deviations.
     """
-    half = [_MOVE] * (moves // 2)
-    walk = jnp.array([_LOOK, *half, *[_SWING] * swings, *half])
-    alone = jnp.where(walk == _SWING, _STAY, walk)
-    still = jnp.where(walk == _MOVE, _STAY, walk)
-    middle = 1 + len(half)
-    look = jnp.full(len(walk), _STAY).at[0].set(_LOOK)
-    near = look.at[middle].set(_SWING)
+
+    def moved(now: tuple, key: Array) -> tuple[tuple, None]:
+        place, near, stays, first = now
+        key_which, key_size, key_way, key_accept = jax.random.split(key, 4)
+        direction = jax.random.choice(key_which, directions)
+        size = 10.0 ** -jax.random.uniform(key_size) * jax.random.normal(key_way)
+        further = place + jnp.where(stays, 0.0, size) * direction
+        there = surrogate(further)
+        rise = there.log_marginal - near.log_marginal
+        accepted = first | (jnp.log(jax.random.uniform(key_accept)) < rise)
+        further, there = _either(accepted, (further, there), (place, near))
+        return (further, there, stays, first), None
 
     def step(now: tuple, one: tuple[Array, Array]) -> tuple[tuple, Array]:
-        vector, here, _ = now
+        place, near, _, _, weight = now
         key, first = one
-        key_which, key_power, key_kind, key_size, key_micro, key_accept = jax.random.split(key, 6)
-        which = surrogate(jax.random.bernoulli(key_which, second).astype(int))
-        power = jax.random.choice(key_power, jnp.array(powers))
-        sort = jnp.where(first, 0, 1 + jax.random.choice(key_kind, 4, p=jnp.array(sorts)))
-        sequence = jnp.stack([look, walk, alone, still, near])[sort]
-        uniform = jax.random.uniform(key_size, (len(walk),))
-        leap = longest * jnp.where(sort == 4, nearest**uniform, uniform)
-
-        def micro(place: _Place[T], one: tuple[Array, Array, Array]) -> tuple[_Place[T], Array]:
-            key, kind, leap = one
-            branches = (
-                lambda: place,
-                lambda: _noise_moved(key, place, which, smooth, directions, power, kind == _LOOK),
-                lambda: _swung(key, place, which, smooth, power, leaps, leap),
-            )
-            # A look is a move of no length: the surrogate is compiled in one place only.
-            place = jax.lax.switch((kind + 1) // 2, branches)
-            return place, place.log_density
-
-        nothing = jax.tree.map(
-            lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(which.under, vector)
-        )
-        begun = _Place(vector, nothing, jnp.zeros(()))
-        keys = jax.random.split(key_micro, len(walk))
-        further, seen = jax.lax.scan(micro, begun, (keys, sequence, leap))
-        there, there_extra = log_density(further.vector)
-        rise = (there - further.log_density) - (here - seen[0])
-        chance = jnp.exp(jnp.minimum(0.0, jnp.where(jnp.isnan(rise), -jnp.inf, rise)))
+        key_noise, key_kind, key_size, key_kick, key_accept = jax.random.split(key, 5)
+        kind = jax.random.uniform(key_kind)
+        stays, is_near = kind < 0.5, kind < 0.25
+        begun = place, near, stays | first, first
+        keys = jax.random.split(key_noise, moves)
+        (noisy, there_near, *_), _ = jax.lax.scan(moved, begun, keys)
+        near = _either(first, there_near, near)
+        uniform = jax.random.uniform(key_size)
+        size = jnp.where(is_near, nearest**uniform, jnp.sqrt(1.0 - uniform**2))
+        size = jnp.where(first, 0.0, size)
+        u = near.inverse_root @ (place[smooth] - near.centre)
+        u = jnp.sqrt(1.0 - size**2) * u + size * jax.random.normal(key_kick, u.shape)
+        x = jnp.where(first, place[smooth], there_near.centre + there_near.root @ u)
+        further = noisy.at[smooth].set(x)
+        there, extra = log_density(further)
+        there_weight = there - (there_near.log_marginal - 0.5 * u @ u - there_near.log_volume)
+        there_weight = jnp.where(jnp.isnan(there_weight), -jnp.inf, there_weight)
+        chance = jnp.exp(jnp.minimum(0.0, there_weight - weight))
         accepted = first | (jax.random.uniform(key_accept) < chance)
-        proposal = further.vector, there, there_extra
-        return _either(accepted, proposal, now), jnp.where(first, 0.0, chance)
+        proposal = further, there_near, there, extra, there_weight
+        return _either(accepted, proposal, (place, near, *now[2:])), jnp.where(first, 0.0, chance)
 
-    # The first step is a look at the present point: the density is compiled in one place only.
-    here, extra = jax.tree.map(
-        lambda one: jnp.zeros(one.shape, one.dtype), jax.eval_shape(log_density, vector)
-    )
+    # The first look is at the present point: surrogate and density are compiled in one place only.
+    seen = jax.eval_shape(lambda v: (surrogate(v), *log_density(v)), vector)
+    near, here, extra = jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), seen)
+    begun = vector, near, here, extra, jnp.full((), -jnp.inf, vector.dtype)
     keys, looks = jax.random.split(key, steps + 1), jnp.arange(steps + 1) == 0
-    (vector, here, extra), chances = jax.lax.scan(step, (vector, here, extra), (keys, looks))
+    (vector, _, here, extra, _), chances = jax.lax.scan(step, begun, (keys, looks))
     return Swept(vector, here, extra, jnp.sum(chances) / steps)
-
-
-def _noise_moved[T](
-    key: Array,
-    place: _Place[T],
-    surrogate: Surrogate[T],
-    smooth: Int[Array, " m"],
-    directions: Float[Array, "k n"],
-    power: Array,
-    is_look: Array,
-) -> _Place[T]:
-    """After a Metropolis step of the noise, or after a look at the place."""
-    key_which, key_size, key_way, key_accept = jax.random.split(key, 4)
-    direction = jax.random.choice(key_which, directions)
-    size = 10.0 ** -jax.random.uniform(key_size) * jax.random.normal(key_way)
-    moved = place.vector + jnp.where(is_look, 0.0, size) * direction
-    under = surrogate.under(moved)
-    before, after = place.under[1], under[1]
-    u = before.inverse_root @ (place.vector[smooth] - before.centre)
-    carried = jnp.where(is_look, moved[smooth], after.centre + after.root @ u)
-    moved = moved.at[smooth].set(carried)
-    there = _Place(moved, under, surrogate.log_density(under[0], moved, power))
-    rise = there.log_density + after.log_volume - place.log_density - before.log_volume
-    accepted = (jnp.log(jax.random.uniform(key_accept)) < rise) | is_look
-    return _either(accepted, there, place)
-
-
-def _swung[T](
-    key: Array,
-    place: _Place[T],
-    surrogate: Surrogate[T],
-    smooth: Int[Array, " m"],
-    power: Array,
-    leaps: int,
-    leap: Array,
-) -> _Place[T]:
-    """After a Hamiltonian trajectory of the smooth entries."""
-    key_momentum, key_accept = jax.random.split(key)
-    said, rough = place.under
-
-    def vector_at(w: Array) -> Array:
-        return place.vector.at[smooth].set(rough.root @ w)
-
-    @jax.value_and_grad
-    def log_density(w: Array) -> Array:
-        return surrogate.log_density(said, vector_at(w), power)
-
-    w = rough.inverse_root @ place.vector[smooth]
-    momentum = jax.random.normal(key_momentum, w.shape)
-
-    def leapt(now: tuple, _: None) -> tuple[tuple, None]:
-        w, momentum, _, slope = now
-        momentum += 0.5 * leap * slope
-        w += leap * momentum
-        value, slope = log_density(w)
-        return (w, momentum + 0.5 * leap * slope, value, slope), None
-
-    begun = w, momentum, *log_density(w)
-    (w, ended, value, _), _ = jax.lax.scan(leapt, begun, length=leaps)
-    rise = value - place.log_density + 0.5 * (momentum @ momentum - ended @ ended)
-    accepted = jnp.log(jax.random.uniform(key_accept)) < rise
-    return _either(accepted, place._replace(vector=vector_at(w), log_density=value), place)
 
 
 def _either[T](first: Array, one: T, other: T) -> T:
@@ -238,7 +139,7 @@ class SurrogateState(NamedTuple):
     place: Float[Array, " n"]
     """All sites, unconstrained."""
     about: Any
-    """Of which both surrogates are made, stacked; to be set before the first draw."""
+    """Of which the surrogate is made; to be set before the first draw."""
     accept_prob: Float[Array, ""]
     potential_energy: Float[Array, ""]
     """Negative log density of all unconstrained sites."""
@@ -254,7 +155,7 @@ class SurrogateTransitions(MCMCKernel):
 
     Args:
         model: of the runs.
-        surrogate: from the state's `about` and the data.
+        surrogate: from the state's `about`, the unconstrained vector and the data.
         smooth: places of the smooth entries.
         directions, steps, moves: as in `sweep`.
         slices: of the noise, from key, values, prediction and data.
@@ -265,7 +166,7 @@ class SurrogateTransitions(MCMCKernel):
     def __init__(
         self,
         model: CalibrationModel,
-        surrogate: Callable[..., Surrogate[Any]],
+        surrogate: Callable[..., Surrogate],
         smooth: Int[Array, " m"],
         directions: Float[Array, "k n"],
         slices: Callable[..., dict[str, Array]],
@@ -312,7 +213,7 @@ class SurrogateTransitions(MCMCKernel):
             key_sweep,
             place,
             log_density,
-            lambda which: self._surrogate(jax.tree.map(lambda x: x[which], state.about), data),
+            lambda vector: self._surrogate(state.about, vector, data),
             self._smooth,
             self._directions,
             steps=self._steps,
