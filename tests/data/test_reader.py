@@ -205,6 +205,8 @@ def test_grid_of_printed_steps():
     assert grid_step(np.random.default_rng(1).normal(size=300)) == 0
     assert grid_step(np.random.default_rng(1).normal(size=30_000)) == 0
     assert grid_step([1.0, 1.0]) == 0
+    assert grid_step(1.0 / 3.0 + np.arange(5) * 1e-15) == 0
+    assert grid_step([]) == 0
 
 
 def test_the_work_on_a_log_grows_no_faster_than_its_rows(read):

@@ -90,15 +90,15 @@ def grid_step(readings: ArrayLike) -> float:
     """Step of the grid on which all readings lie to within their rounding, else 0."""
     levels = np.unique(np.asarray(readings, dtype=np.float64))
     decimals = _printed_decimals(levels)
-    if levels.size < 3:
-        return 0.0
     if decimals is None:
         unit = _ROUNDING * float(np.abs(levels).max())
-        levels = levels[np.concatenate([[True], np.diff(levels) > 4 * unit])]
         least = 1e4 * unit
+        levels = levels[np.diff(levels, prepend=-np.inf) > 4 * unit]
     else:
         unit = 10.0**-decimals
         least = 0.5 * unit
+    if levels.size < 3:
+        return 0.0
     steps = np.diff(levels)
     smallest = float(np.mean(steps[steps < 1.5 * steps.min()]))
     # Distance of each level from the first in whole steps, then the step by least squares.
