@@ -63,7 +63,7 @@ def page(found: Comparison, command: str) -> str:
     every = [*found.columns, BEST]
     shares = {name: float(found.meets(name).mean()) for name in every}
     told = ", ".join(
-        f"{name} {share:.0%} (+-{standard_error(share, found.joints):.1%})"
+        f"{name} {share:.0%} (±{standard_error(share, found.joints):.1%})"
         for name, share in shares.items()
     )
     parts = [
@@ -96,7 +96,7 @@ def _against(found: Comparison, other: str) -> str:
             where = "in every scenario" if len(names) == len(verdicts) else f"in {', '.join(names)}"
             lines.append(f"Predictive control is {word} than {other} {where}.")
     gap, error = found.gap(other)
-    lines.append(f"Over all specifications the difference is {gap:+.0%} (+-{error:.1%}).")
+    lines.append(f"Over all specifications the difference is {gap:+.0%} (±{error:.1%}).")
     own, rival = found.meets(PREDICTIVE), found.meets(other)
     lines.append(
         f"It meets all on {int((own & ~rival).sum())} joints on which {other} does not; "

@@ -62,7 +62,7 @@ def test_what_was_missing_tells_probability_gap_and_creep_before_and_after():
     after = {"saw": {"after": {"mean": 0.01, "q05": -0.02, "q95": 0.04}}}
     found = answers(results(VALUES, discovery={"steps": [step], "drift": after}))
     told = " ".join(found["missing"])
-    assert "coil-contact was added, with probability 97 %" in told
+    assert "The probability of coil-contact is 97 %" in told
     assert "closes 85 % of the gap" in told
     assert "creeps 0.20 deg/min more" in found["drift"][0]
     assert "With what was found it is 0.010 deg/min" in found["drift"][0]

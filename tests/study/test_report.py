@@ -97,7 +97,7 @@ def test_html_opens_from_disk_without_request_or_complaint(report, tmp_path):
 
 ZOOM = """(() => {
   const svg = document.querySelector(".residuals svg");
-  const texts = () => svg.querySelectorAll("text")[4].textContent;
+  const texts = () => [...svg.querySelectorAll(".time")].at(-1).textContent;
   const before = texts();
   const box = svg.getBoundingClientRect();
   svg.dispatchEvent(new WheelEvent("wheel", {deltaY: -100, clientX: box.left + box.width / 2, bubbles: true,

@@ -119,7 +119,7 @@ def _position(position: dict[str, Any]) -> str:
     step = f", step {resolution:.4g} {position['unit']}" if resolution else ", no grid"
     first, last = position["reading"]
     doubt = position["zero_uncertainty"]
-    zero = f"zero {position['zero']:.5g} " + (f"+- {doubt:.4g}" if doubt else "(exact)")
+    zero = f"zero {position['zero']:.5g} " + (f"± {doubt:.4g}" if doubt else "(exact)")
     return (
         f"{first:.5g} to {last:.5g} {position['unit']}{step}, {zero}\n"
         f"= {low:.4g} to {high:.4g} {si} = {shown[0]:.4g} to {shown[1]:.4g} {shown[2]}"

@@ -72,5 +72,10 @@ def draw_bands(axis: Axes, time: Values, draws: Values, told: str) -> None:
 
 def mark_origin(fig: Figure, origin: str) -> None:
     """Say in the lower right corner that data are synthetic, where they are."""
-    if "synthetic" in origin.lower():
-        fig.supxlabel("Synthetic data", x=0.998, ha="right", fontsize=7, color=GREY)
+    if "synthetic" not in origin.lower():
+        return
+    told = {"x": 0.998, "ha": "right", "fontsize": SMALLEST, "color": GREY}
+    if fig.get_supxlabel():  # its line is there already
+        fig.text(y=0.005, s="Synthetic data", va="bottom", **told)
+    else:
+        fig.supxlabel("Synthetic data", **told)

@@ -130,7 +130,7 @@ def _missing(results: Results) -> list[str]:
     told = [found["told"]]
     for step in found.get("steps", ()):
         closed = [share for share in step.get("closed", {}).values() if share is not None]
-        sentence = f"{step['added']} was added, with probability {percent(step['probability'])}."
+        sentence = f"The probability of {step['added']} is {percent(step['probability'])}."
         if closed:
             sentence += (
                 f" It closes {percent(float(np.median(closed)))} of the gap between misfit and noise "

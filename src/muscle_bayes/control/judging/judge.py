@@ -129,7 +129,7 @@ class Judgement:
         others = [chance for name, chance in chances.items() if name not in weak]
         least = f" Every other scenario: at least {min(others):.0%}." if weak and others else ""
         return (
-            f"Use {law}: {share:.0%} (+-{error:.1%}) of new joints meet every specification. "
+            f"Use {law}: {share:.0%} (±{error:.1%}) of new joints meet every specification. "
             f"Its gains are {self.gains[law].sentence()}.{f' Weak spots: {told}.' if weak else ''}{least} "
             f"{worse}"
         )
@@ -138,7 +138,7 @@ class Judgement:
         if scenario not in self.possible:
             return ""
         share, error, count = self.where_possible(law, scenario)
-        return f" ({share:.0%} +-{error:.1%} of the {count} joints on which some input can)"
+        return f" ({share:.0%} ±{error:.1%} of the {count} joints on which some input can)"
 
     def metrics(self, law: str, scenario: str) -> dict[str, dict[str, Any]]:
         """Of every metric that the scenario has: median, 90 % interval, and share that reaches it."""

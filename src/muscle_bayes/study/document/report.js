@@ -3,7 +3,7 @@ for (const image of document.querySelectorAll("figure img"))
   image.addEventListener("click", () => image.closest("figure").classList.toggle("zoomed"));
 
 const runs = JSON.parse(document.getElementById("residual-data").textContent);
-const NS = "http://www.w3.org/2000/svg", W = 800, H = 240, LEFT = 60, FOOT = 30;
+const NS = "http://www.w3.org/2000/svg", H = 240, LEFT = 60, FOOT = 34;
 
 function element(name, attributes, parent, text) {
   const made = document.createElementNS(NS, name);
@@ -12,20 +12,32 @@ function element(name, attributes, parent, text) {
   return parent.appendChild(made);
 }
 
+// Round values within [low, high], about `count` of them.
+function ticks(low, high, count) {
+  const rough = (high - low) / count, decade = 10 ** Math.floor(Math.log10(rough));
+  const step = decade * [1, 2, 5, 10].find(m => m * decade >= rough);
+  const digits = Math.max(0, -Math.floor(Math.log10(step)));
+  const found = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(digits)]);
+  return found;
+}
+
 function residuals(place, data) {
-  const svg = element("svg", { viewBox: `0 0 ${W} ${H}` }, place);
+  const svg = element("svg", {}, place);
   const note = document.createElement("p");
-  note.textContent = `${place.dataset.run}: reading minus mean model [${data.unit}] over time [s], with the ` +
-    "predictions' central 50 and 90 %. The wheel zooms, dragging moves, double click shows all.";
+  note.textContent = `${place.dataset.run}: reading minus mean model, with the predictions' central 50 and ` +
+    "90 %. The wheel zooms, dragging moves, double click shows all.";
   place.appendChild(note);
   const all = [data.time[0], data.time[data.time.length - 1]];
   const most = 1.05 * Math.max(...data.residual.map(Math.abs), ...data.q95.map(Math.abs));
-  let [from, to] = all, drag = null;
+  let [from, to] = all, drag = null, W = 0;
   const x = t => LEFT + (W - LEFT) * (t - from) / (to - from);
   const y = r => (H - FOOT) * (0.5 - 0.5 * r / most);
 
   function draw() {
     svg.replaceChildren();
+    W = svg.clientWidth;  // so that text has its size on every screen
+    svg.setAttribute("viewBox", `0 0 ${W} ${H}`);
     const seen = data.time.map((t, i) => i).filter(i => data.time[i] >= from && data.time[i] <= to);
     for (const [low, high, colour] of [["q05", "q95", "#C7DFEE"], ["q25", "q75", "#7DB6D9"]]) {
       const up = seen.map(i => `${x(data.time[i])},${y(data[high][i])}`);
@@ -34,13 +46,13 @@ function residuals(place, data) {
     }
     element("line", { x1: LEFT, x2: W, y1: y(0), y2: y(0), stroke: "#0072B2" }, svg);
     for (const i of seen) element("circle", { cx: x(data.time[i]), cy: y(data.residual[i]), r: 1.6 }, svg);
-    for (const share of [0, 0.25, 0.5, 0.75, 1]) {
-      const t = from + share * (to - from);
-      const anchor = share === 0 ? "start" : share === 1 ? "end" : "middle";
-      element("text", { x: x(t), y: H - 8, "text-anchor": anchor }, svg, t.toPrecision(4));
-    }
-    for (const r of [-0.9, 0, 0.9])
-      element("text", { x: LEFT - 6, y: y(r * most) + 4, "text-anchor": "end" }, svg, (r * most).toPrecision(2));
+    for (const [t, text] of ticks(from, to, W / 70))
+      element("text", { x: x(t), y: H - FOOT + 14, class: "time", "text-anchor": "middle" }, svg, text);
+    for (const [r, text] of ticks(-most, most, 5))
+      element("text", { x: LEFT - 6, y: y(r) + 4, "text-anchor": "end" }, svg, text);
+    element("text", { x: LEFT + (W - LEFT) / 2, y: H - 5, "text-anchor": "middle" }, svg, "time [s]");
+    element("text", { x: -(H - FOOT) / 2, y: 12, transform: "rotate(-90)", "text-anchor": "middle" }, svg,
+      `residual [${data.unit}]`);
   }
   function show(low, high) {
     const width = Math.min(Math.max(high - low, 1e-3 * (all[1] - all[0])), all[1] - all[0]);
@@ -64,6 +76,7 @@ function residuals(place, data) {
     if (drag !== null) { const moved = drag - at(event); show(from + moved, to + moved); }
   });
   svg.addEventListener("dblclick", () => show(...all));
+  window.addEventListener("resize", draw);
   draw();
 }
 
