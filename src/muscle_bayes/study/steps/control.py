@@ -92,7 +92,7 @@ class Size:
 
 
 SIZES: Final = {
-    "quick": Size(24, 48, ("pi",), Effort(starts=8, scouts=8, kept=4, rounds=1, tried=8)),
+    "quick": Size(24, 48, ("pi",), Effort(starts=32, scouts=12, kept=8, tried=16)),
     "full": Size(96, 400, TUNED, Effort()),
 }
 FACTORS: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
