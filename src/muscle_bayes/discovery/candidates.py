@@ -29,6 +29,8 @@ class Candidate(NamedTuple):
     start: Start
     signature: Float[np.ndarray, " error"]
     """d."""
+    scaled: bool = False
+    """Whether the strength was found by `_scaled`, not given."""
 
     @property
     def visible(self) -> float:
@@ -76,21 +78,46 @@ def candidates(
     """Strengths of every effect beside `base`, most promising first; none that cannot be simulated.
 
     Strengths far from off are simulated, not extrapolated: an effect that acts only beyond some
-    threshold has no slope where it is off.
+    threshold has no slope where it is off. Of the least strength there are at least as many draws as an
+    effect asks for (`scanned`), and the best of these are tried as strong as a linear step makes them, with
+    either sign.
     """
-    nested = search.nested
-    rows = [
+    given = [
         (effect, strength, own)
         for number, effect in enumerate(effects)
-        for strength, own in _drawn(nested, effect, jax.random.key(seed + number), draws, strengths)
+        for strength, own in _drawn(
+            search.nested, effect, jax.random.key(seed + number), draws, strengths
+        )
     ]
-    begun = [
-        Start((*base.effects, e), _joined(nested, base, base.point, o), base.data)
-        for e, _, o in rows
-    ]
-    found: dict[str, list[Candidate]] = {effect: [] for effect in effects}
-    seen = search.explained(begun)
-    for (effect, strength, own), start, one in zip(rows, begun, seen, strict=True):
+    found = _tried(search, base, given, scaled=False)
+    rows = [row for some in found.values() for row in _scaled(base, some, strengths[-1])]
+    for effect, more in _tried(search, base, rows, scaled=True).items():
+        found[effect] += more
+    ordered = {effect: found.get(effect, []) for effect in effects}
+    return {
+        effect: sorted((one for one, _ in some), key=lambda one: -one.gain)
+        for effect, some in ordered.items()
+    }
+
+
+Draw = tuple[str, float, np.ndarray]
+"""An effect, its strength, and its parameters."""
+
+
+def _tried(
+    search: Search, base: Fitted, rows: Sequence[Draw], *, scaled: bool
+) -> dict[str, list[tuple[Candidate, Draw]]]:
+    """Candidates of every effect with the draws they come from; none that cannot be simulated."""
+    nested, kept, begun = search.nested, [], []
+    for row in rows:
+        slots = _unconstrained(nested, row[0], row[2])
+        if np.isfinite(slots).all():
+            kept.append((row, slots))
+            point = _joined(nested, base, base.point, slots)
+            begun.append(Start((*base.effects, row[0]), point, base.data))
+    found: dict[str, list[tuple[Candidate, Draw]]] = {}
+    seen = search.explained(begun) if begun else []
+    for (row, slots), start, one in zip(kept, begun, seen, strict=True):
         if not (np.isfinite(float(one.potential)) and np.isfinite(one.errors).all()):
             continue
         change = one.errors - base.errors
@@ -99,9 +126,32 @@ def candidates(
         gain = float(-base.errors @ rest - 0.5 * (rest @ rest))
         moved = base.point.copy()
         moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
-        there = start._replace(point=_joined(nested, base, moved, own))
-        found[effect].append(Candidate(effect, strength, gain, there, rest))
-    return {effect: sorted(some, key=lambda one: -one.gain) for effect, some in found.items()}
+        there = start._replace(point=_joined(nested, base, moved, slots))
+        candidate = Candidate(row[0], row[1], gain, there, rest, scaled)
+        found.setdefault(row[0], []).append((candidate, row))
+    return found
+
+
+def _scaled(
+    base: Fitted,
+    tried: Sequence[tuple[Candidate, Draw]],
+    strength: float,
+    most: int = 2,
+    farthest: float = 2.0,
+) -> list[Draw]:
+    """The draws of this strength that promise most, as strong as a linear step makes them."""
+    rows = []
+    for one, (effect, _, own) in tried:
+        size = float(one.signature @ one.signature)
+        if one.strength != strength or not size > 0.0:
+            continue
+        score = -float(base.errors @ one.signature)
+        factor = float(np.clip(score / size, -farthest / strength, farthest / strength))
+        parameters = effect_type(effect).parameters.values()
+        values = [np.asarray(p.weakened(x, factor)) for p, x in zip(parameters, own, strict=True)]
+        rows.append((0.5 * score**2 / size, (effect, factor * strength, np.array(values))))
+    rows.sort(key=lambda row: -row[0])
+    return [row for _, row in rows[:most]]
 
 
 def promising(found: Sequence[Candidate], most: int = 4) -> list[Candidate]:
@@ -109,7 +159,7 @@ def promising(found: Sequence[Candidate], most: int = 4) -> list[Candidate]:
     if not found or is_function(found[0].effect):
         return list(found[:2])
     chosen = list(found[:2])
-    left = {one.strength for one in found} - {one.strength for one in chosen}
+    left = {one.strength for one in found if not one.scaled} - {one.strength for one in chosen}
     for strength in sorted(left, reverse=True):
         chosen.append(next(one for one in found if one.strength == strength))
     rest = [one for one in found if all(one is not other for other in chosen)]
@@ -161,14 +211,26 @@ def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) ->
 def _drawn(
     nested: Nested, effect: str, key: jax.Array, draws: int, strengths: tuple[float, ...]
 ) -> list[tuple[float, np.ndarray]]:
-    """Strength, and the effect's parameters, unconstrained, of draws of its prior."""
-    parameters, held = effect_type(effect).parameters, general(effect)
-    parts = jax.random.split(key, len(parameters))
+    """Strength, and the effect's parameters, of draws of its prior."""
+    kind, held = effect_type(effect), general(effect)
+    parameters, several = kind.parameters, max(draws, kind.scanned)
+    weak = np.array([*strengths * draws, *strengths[-1:] * (several - draws)])
+    which = np.r_[np.repeat(np.arange(draws), len(strengths)), np.arange(draws, several)]
     columns = []
-    for part, (name, parameter) in zip(parts, parameters.items(), strict=True):
-        prior = nested.data.priors[f"{held}.{name}"]
-        drawn = prior.sample(part, (draws, 1))
-        scaled = parameter.weakened(drawn, jnp.array(strengths))
-        scaled = jnp.broadcast_to(scaled, (draws, len(strengths)))
-        columns.append(np.asarray(biject_to(prior.support).inv(scaled)).ravel())
-    return list(zip(strengths * draws, np.stack(columns, axis=1), strict=True))
+    for part, (name, parameter) in zip(
+        jax.random.split(key, len(parameters)), parameters.items(), strict=True
+    ):
+        drawn = nested.data.priors[f"{held}.{name}"].sample(part, (several,))
+        weaker = parameter.weakened(drawn[which], jnp.asarray(weak))
+        columns.append(np.broadcast_to(weaker, weak.shape))
+    return list(zip(weak.tolist(), np.stack(columns, axis=1), strict=True))
+
+
+def _unconstrained(nested: Nested, effect: str, own: np.ndarray) -> np.ndarray:
+    """An effect's parameters as `nested` holds them; not finite outside their support."""
+    held = general(effect)
+    supports = [
+        nested.data.priors[f"{held}.{name}"].support for name in effect_type(effect).parameters
+    ]
+    pairs = zip(supports, own, strict=True)
+    return np.array([float(biject_to(support).inv(x)) for support, x in pairs])

@@ -157,6 +157,15 @@ class Search:
             found[regime] = (rms if np.isfinite(rms) else 1e6, float(np.median(seen)))
         return found
 
+    def log_misfit(self, residuals: Sequence, data: Data) -> float:
+        """Log RMS residual of a regime in noises of a reading, mean over all intervals."""
+        found = self.misfit(residuals, data)
+        count = dict.fromkeys(found, 0)
+        for regime, lanes in zip(self.nested.layout.regimes, data.lanes, strict=True):
+            count[regime] += int((np.asarray(lanes.weight) > 0).sum())
+        sizes = [count[key] * np.log(rms / self.noise[key]) for key, (rms, _) in found.items()]
+        return float(sum(sizes) / max(sum(count.values()), 1))
+
     def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
         """Whether the misfit of some regime is so many times the noise of a reading."""
         levels = self.misfit(fitted.seen.residuals, fitted.data)
@@ -212,14 +221,16 @@ class Search:
         starts: Sequence[Start],
         groups: Sequence[Hashable],
         rounds: Sequence[tuple[float, int]] = ((1.0, 4), (1.0, 6)),
-        behind: float = 300.0,
+        behind: float = 0.5,
+        most: int = 3,
     ) -> list[Start]:
         """Starts after descents in which all misfit is white noise, best first.
 
         Each of the `rounds` takes the first share of every run, and so many steps. The noise is set to
         the misfit before each: large first, so that a lasting discrepancy does not hide what causes it,
-        then as small as the misfit has become. Starts that cannot be evaluated, or end `behind` the best
-        of their group [nat], are left out; what is returned has lasting noise.
+        then as small as the misfit has become. After each, the `most` of a group stay whose log misfit is
+        least, if it is not `behind` the best. Those that cannot be evaluated are left out; what is returned
+        has lasting noise.
         """
         held = noise_names(self.nested)
         rows = list(zip(starts, groups, (start.data for start in starts), strict=True))
@@ -230,18 +241,19 @@ class Search:
                 for start, one, (_, group, data) in zip(cut, self.explained(cut), rows, strict=True)
                 if np.isfinite(float(one.potential))
             ]
-            owners = [group for _, group, _ in begun]
-            own = [start for start, _, _ in begun]
-            ends = self.descended(own, held, count, behind=behind, groups=owners)
-            best: dict[Hashable, float] = {}
-            for end, group in zip(ends, owners, strict=True):
-                best[group] = min(end.potential, best.get(group, np.inf))
-            ended = sorted(zip(ends, begun, strict=True), key=lambda one: one[0].potential)
-            rows = [
-                (start._replace(point=end.point), group, data)
-                for end, (start, group, data) in ended
-                if np.isfinite(end.potential) and end.potential <= best[group] + behind
+            ends = self.descended([start for start, _, _ in begun], held, count)
+            ended = [
+                (self.log_misfit(end.look.seen.residuals, start.data), end, start, group, data)
+                for end, (start, group, data) in zip(ends, begun, strict=True)
+                if np.isfinite(end.potential)
             ]
+            kept: dict[Hashable, list[float]] = {}
+            rows = []
+            for size, end, start, group, data in sorted(ended, key=lambda one: one[0]):
+                others = kept.setdefault(group, [])
+                if len(others) < most and (not others or size < others[0] + behind):
+                    others.append(size)
+                    rows.append((start._replace(point=end.point), group, data))
         whole = [start._replace(data=data) for start, _, data in rows]
         seen = self.explained(whole)
         return [self.as_lasting(s, one.residuals) for s, one in zip(whole, seen, strict=True)]

@@ -47,11 +47,16 @@ def _without(base: Fitted, fitted: Fitted) -> Start:
 
 
 def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> dict[str, Fitted]:
-    """All starts of all candidates as one batch: annealed, then each one's best two to the end."""
+    """All starts of all candidates as one batch: annealed, then each one's best two to the end.
+
+    With them goes what promises most as it is: while all misfit counts as white noise, segments of a run
+    that begin anew may fit better without the effect.
+    """
     chosen = [one.start for some in screened.values() for one in promising(some)]
     effects = [start.effects[-1] for start in chosen]
     search.report("candidates", 0, len(screened))
     finals = _best_two(search.annealed(chosen, effects))
+    finals += [some[0].start for some in screened.values() if some and some[0].gain > 3.0]
     fits: dict[str, Fitted] = {}
     search.report("candidates", len(screened) // 2, len(screened))
     # With lasting noise a point begins far above where it soon is: none is given up before that.
@@ -70,7 +75,6 @@ def _along_the_runs(
     starts: Sequence[Start],
     shares: tuple[float, ...] = (0.15, 0.3, 0.5, 0.7, 1.0, 1.0),
     steps: int = 8,
-    behind: float = 100.0,
     most: int = 6,
 ) -> list[Fitted]:
     """All effects fitted to ever more of the runs, from their first part on; the best `most` to the end.
@@ -80,7 +84,7 @@ def _along_the_runs(
     """
     effects = [start.effects[-1] for start in starts]
     rounds = [(share, steps) for share in shares]
-    return search.fit(search.annealed(starts, effects, rounds, behind)[:most])
+    return search.fit(search.annealed(starts, effects, rounds, most=1)[:most])
 
 
 def evidence(one: Fitted) -> float:
@@ -155,7 +159,7 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
         if np.isfinite(away) and away > seen:
             kept.append(row)
     groups = [row.effects[-1] for row in kept]
-    return search.fit(_best_two(search.annealed(kept, groups, [(1.0, 6)], behind=100.0)))
+    return search.fit(_best_two(search.annealed(kept, groups, [(1.0, 6)])))
 
 
 def with_own_motion(

@@ -126,6 +126,8 @@ class Effect(eqx.Module):
     name: ClassVar[str]
     port: ClassVar[Port]
     dissipative: ClassVar[bool]
+    scanned: ClassVar[int] = 0
+    """Weak draws of the prior that a search tries; some where the likelihood has many maxima."""
     parameters: ClassVar[Mapping[str, Parameter]]
 
     @abstractmethod
@@ -164,6 +166,7 @@ class TemperatureFilter(eqx.Module):
     name: ClassVar[str]
     port: ClassVar[Port] = "temperature"
     dissipative: ClassVar[bool] = False
+    scanned: ClassVar[int] = 0
     parameters: ClassVar[Mapping[str, Parameter]]
 
     @abstractmethod

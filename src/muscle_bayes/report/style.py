@@ -74,7 +74,7 @@ def mark_origin(fig: Figure, origin: str) -> None:
     """Say in the lower right corner that data are synthetic, where they are."""
     if "synthetic" not in origin.lower():
         return
-    told = {"x": 0.998, "ha": "right", "fontsize": SMALLEST, "color": GREY}
+    told: dict[str, Any] = {"x": 0.998, "ha": "right", "fontsize": SMALLEST, "color": GREY}
     if fig.get_supxlabel():  # its line is there already
         fig.text(y=0.005, s="Synthetic data", va="bottom", **told)
     else:

@@ -15,13 +15,14 @@ class Cogging(Effect):
     """Q -> Q + a sin(w q) + b cos(w q)
 
     a, b: `sine` and `cosine` [N m, or N where motion is linear]; w: `waves`, phase per coordinate [rad/rad,
-    or rad/m]. The prior of w spans about one half to six periods over the range of motion.
+    or rad/m]. The prior of w spans about 1 to 36 periods over the range of motion.
     Source: Jahns and Soong, IEEE Transactions on Industrial Electronics 43 (1996), pulsating torque.
     """
 
     name: ClassVar[str] = "cogging"
     port: ClassVar[Port] = "torque"
     dissipative: ClassVar[bool] = False
+    scanned: ClassVar[int] = 128
     parameters: ClassVar[Mapping[str, Parameter]] = {
         "sine": Parameter(
             unit="N m or N",
@@ -38,7 +39,7 @@ class Cogging(Effect):
         "waves": Parameter(
             unit="rad/rad or rad/m",
             off=1.0,
-            prior=lambda scales: dist.LogNormal(np.log(3.5 * np.pi / scales.range), 0.6),
+            prior=lambda scales: dist.LogNormal(np.log(12.0 * np.pi / scales.range), 1.1),
             meaning="phase per coordinate",
         ),
     }
