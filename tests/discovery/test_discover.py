@@ -18,13 +18,13 @@ CANDIDATES = ("viscous-friction", "bias-torque", "quadratic-drag")
 HELD = "spring-4"
 
 
-def _search(folder: Path, *effects) -> Discovery:
+def _search(folder: Path, *effects, candidates=CANDIDATES) -> Discovery:
     rig = spring_rig(Rig())
     rig = replace(rig, truth=replace(rig.truth, effects=effects))
     for number, mass in enumerate((0.100, 0.110, 0.118, 0.126), 1):
         run = simulate(rig, spring(mass), (11, number))
         write_run(folder, f"spring-{number}", run.log, run.metadata)
-    return discover(read_runs([folder]), hold_out=[HELD], candidates=CANDIDATES)
+    return discover(read_runs([folder]), hold_out=[HELD], candidates=candidates)
 
 
 def test_a_hidden_effect_is_named_and_added(tmp_path: Path) -> None:
@@ -45,6 +45,15 @@ def test_a_hidden_effect_is_named_and_added(tmp_path: Path) -> None:
     text = summary(found, {HELD: "synthetic"})
     assert "SYNTHETIC" in text
     assert "viscous-friction" in text
+
+
+@pytest.mark.parametrize("waves", [4.0, 50.0])
+def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) -> None:
+    """Between starts at other periods and the true one there is no way down."""
+    hidden = make_effect("cogging", sine=0.006, waves=waves)
+    found = _search(tmp_path, hidden, candidates=("cogging", "viscous-friction"))
+    assert found.verdict == "cogging"
+    assert found.steps[0].parameters["waves"].median == pytest.approx(waves, rel=0.02)
 
 
 def test_nothing_is_claimed_where_nothing_is_hidden(tmp_path: Path) -> None:
