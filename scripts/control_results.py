@@ -1,9 +1,14 @@
 """Laws tuned over a population and over one specimen, judged on new joints: docs/control-results.md."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from muscle_bayes.compiled import keep_compiled_code
+
+if TYPE_CHECKING:
+    from muscle_bayes.control.judging.specification import Specification
 
 
 def main() -> None:
@@ -74,10 +79,31 @@ def main() -> None:
     page = f"{head}\n\nTerms: [glossary](glossary.md).\n\n{rest}"
     page += "\n## CVaR against laws that do not know the population\n\n"
     for law, other in pairs:
-        told = list(result.compared(law, other).values())
-        counts = ", ".join(f"{what} in {told.count(what)}" for what in ("lower", "tied", "higher"))
-        page += f"- {law} against {other}, of {len(told)} scenarios: {counts}.\n"
+        told = result.compared(law, other)
+        every = list(told.values())
+        counts = ", ".join(f"{what} in {every.count(what)}" for what in ("lower", "tied", "higher"))
+        page += f"- {law} against {other}, of {len(told)} scenarios: {counts}"
+        tied = [name for name, what in told.items() if what == "tied"]
+        page += f" ({', '.join(tied)}).\n" if tied and "higher" not in every else ".\n"
+    if forced := forced_ties(result.specs):
+        listed = "".join(f"- {line}\n" for line in forced)
+        page += f"\nTies that no law can break:\n\n{listed}"
     publish(page, args.out, args.docs)
+
+
+def forced_ties(specs: "Mapping[str, Specification]", worst: float = 0.05) -> list[str]:
+    """Scenarios in which no law can have a lower CVaR than another that stays cool, and why."""
+    lines = []
+    for name, one in specs.items():
+        lost = 1.0 - one.attainable
+        if one.infeasible:
+            lines.append(f"{name}: out of any input's reach, so only the temperature limit counts.")
+        elif lost > worst:
+            lines.append(
+                f"{name}: no input keeps the limits on {lost:.0%} of the joints, and the worst twentieth "
+                "lies among these."
+            )
+    return lines
 
 
 def publish(page: str, made: Path, docs: Path) -> None:
