@@ -66,8 +66,8 @@ calibration: $(READY) ## simulation-based calibration, 200 data sets each (an ho
 
 STUDIED := reports/posteriors
 control: $(READY) ## tune and judge gains over `make study`'s posterior, write docs/control-results.md (long)
-	@$(BIN)/python scripts/control_results.py $(STUDIED)/muscle.nc --heater data/sawtooth.csv
-	@$(BIN)/python -m benchmarks.control $(STUDIED)/muscle.nc
+	@$(BIN)/python scripts/control_results.py $(STUDIED)/revised.nc --heater data/sawtooth.csv
+	@$(BIN)/python -m benchmarks.control $(STUDIED)/revised.nc
 
 trial: $(READY) ## hide effects in synthetic runs and count what discovery finds (hours; resumes)
 	@$(BIN)/python -m benchmarks.trial
@@ -122,7 +122,7 @@ bench: $(BENCH_READY) ## race gradient and sampler against others, see how cost 
 	@$(BENCH)/bin/python -m benchmarks.table
 
 predictive: $(BENCH_READY) ## run predictive control beside `make control`'s laws, write docs/predictive-control.md (long)
-	@$(BENCH)/bin/python -m benchmarks.predictive_control $(STUDIED)/muscle.nc --heater data/sawtooth.csv
+	@$(BENCH)/bin/python -m benchmarks.predictive_control $(STUDIED)/revised.nc --heater data/sawtooth.csv
 
 bench-discovery: $(READY) ## CPU-minutes of discovery, cold and warm (REAL=folder of measured rigs)
 	@$(BIN)/python -m benchmarks.discovery shipped=data/plain stories=data $(if $(REAL),drop=$(REAL)/xl330-drop axis=$(REAL)/emps)

@@ -1,5 +1,7 @@
 """What is asked, what is within reach, and how laws are compared."""
 
+import runpy
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +17,7 @@ from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.control.scenarios.thesis import load_sine, load_step, setpoint_sine, square, step
 from muscle_bayes.report.control_page import _page
 
+SCRIPT = Path(__file__).parents[2] / "scripts" / "control_results.py"
 NOTHING = dict.fromkeys(Metrics._fields, np.nan)
 
 
@@ -152,3 +155,17 @@ def test_the_best_input_keeps_a_nearly_slack_joint_off_its_stops():
     joint = JointDraws(Design(), "coulomb", (), values)
     best = feasible(joint, [Scenario("step", "", step(0.03))], rounds=5)["step"]
     assert best.tracking[0] < 0.5
+
+
+def test_ties_that_no_law_can_break_are_named():
+    """Out of reach for every input, or on more than the worst twentieth that CVaR is the mean of."""
+    forced = runpy.run_path(str(SCRIPT))["forced_ties"]
+    specs = {
+        "easy": Specification({"settling": 1.0}),
+        "some": Specification({"settling": 1.0}, attainable=0.96),
+        "hard": Specification({"settling": 1.0}, attainable=0.83),
+        "never": Specification({"settling": 1.0}, infeasible="too fast"),
+    }
+    hard, never = forced(specs)
+    assert hard.startswith("hard: no input keeps the limits on 17% of the joints")
+    assert never.startswith("never: out of any input's reach")
