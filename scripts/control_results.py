@@ -81,28 +81,31 @@ def main() -> None:
     for law, other in pairs:
         told = result.compared(law, other)
         every = list(told.values())
-        counts = ", ".join(f"{what} in {every.count(what)}" for what in ("lower", "tied", "higher"))
-        page += f"- {law} against {other}, of {len(told)} scenarios: {counts}"
-        tied = [name for name, what in told.items() if what == "tied"]
-        page += f" ({', '.join(tied)}).\n" if tied and "higher" not in every else ".\n"
-    if forced := forced_ties(result.specs):
+        names = ", ".join(name for name, what in told.items() if what == "tied")
+        tied = f"tied in {every.count('tied')}" + (f" ({names})" if names else "")
+        page += (
+            f"- {law} against {other}, of {len(told)} scenarios: lower in {every.count('lower')}, {tied}, "
+            f"higher in {every.count('higher')}.\n"
+        )
+    if forced := forced_ties(result.specs, found.least):
         listed = "".join(f"- {line}\n" for line in forced)
         page += f"\nTies that no law can break:\n\n{listed}"
     publish(page, args.out, args.docs)
 
 
-def forced_ties(specs: "Mapping[str, Specification]", worst: float = 0.05) -> list[str]:
-    """Scenarios in which no law can have a lower CVaR than another that stays cool, and why."""
+def forced_ties(specs: "Mapping[str, Specification]", least: Mapping[str, float]) -> list[str]:
+    """Scenarios in which no law that stays cool can have a lower CVaR than another, and why.
+
+    `least`: CVaR under the best input, by scenario.
+    """
+    from muscle_bayes.control.judging.specification import WORST
+
     lines = []
     for name, one in specs.items():
-        lost = 1.0 - one.attainable
         if one.infeasible:
             lines.append(f"{name}: out of any input's reach, so only the temperature limit counts.")
-        elif lost > worst:
-            lines.append(
-                f"{name}: no input keeps the limits on {lost:.0%} of the joints, and the worst twentieth "
-                "lies among these."
-            )
+        elif least.get(name, 0.0) >= WORST:
+            lines.append(f"{name}: the best input's CVaR is {WORST:g}, the cut-off, as well.")
     return lines
 
 

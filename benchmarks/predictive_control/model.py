@@ -7,6 +7,7 @@ import numpy as np
 
 from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.conventions import STRAIN_EPSILON
+from muscle_bayes.physics.effects.coil_contact import CoilContact
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import DAMPER_FLOOR, MuscleParameters
 
@@ -33,6 +34,8 @@ class Side(NamedTuple):
     base_length: float
     heated_fraction: float
     parameters: dict[str, float]
+    contact: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Stiffness [N], onset and width of touching coils."""
 
 
 class Numbers(NamedTuple):
@@ -52,9 +55,14 @@ class Numbers(NamedTuple):
 
 
 def numbers_of(joint: Joint) -> Numbers:
-    """Numbers of one joint. Raises ValueError where it has effects, or linkages other than pins."""
-    if joint.plant.effects:
-        raise ValueError("the predictive controller's model knows no effects")
+    """Numbers of one joint. Raises ValueError for effects but touching coils, and linkages but pins."""
+    contact = (0.0, 0.0, 0.0)
+    for effect in joint.plant.effects:
+        if not isinstance(effect, CoilContact):
+            raise ValueError(
+                "of effects, the predictive controller's model knows coil contact only"
+            )
+        contact = float(effect.stiffness), float(effect.onset), float(effect.width)
     sides = []
     for muscle in joint.plant.muscles.values():
         pins = muscle.linkage
@@ -72,6 +80,7 @@ def numbers_of(joint: Joint) -> Numbers:
                 float(muscle.base_length),
                 float(muscle.heated_fraction),
                 table,
+                contact,
             )
         )
     first, second = sides
@@ -89,6 +98,14 @@ def _tensile(strain: Any, stiffness: float, least: float) -> Any:
     return opening + stiffness * casadi.fmax(strain - STRAIN_EPSILON, 0.0)
 
 
+def _pushed(side: Side, strain: Any) -> Any:
+    """Force of touching coils [N] (eq. 18, with a width over which they begin to touch)."""
+    stiffness, onset, width = side.contact
+    depth = casadi.fmax(onset - strain, 0.0)
+    touched = casadi.fmin(depth, width)
+    return stiffness * (depth - touched + touched**2 / (2.0 * max(width, 1e-12)))
+
+
 def _pulled(side: Side, q: Any, hyst: Any, temperature: Any, room: float) -> tuple[Any, Any]:
     """Torque of one muscle [N m] and d sigma_hyst/dt [1/s], eq. 7 to 17."""
     p, base = side.parameters, side.base_length
@@ -102,7 +119,8 @@ def _pulled(side: Side, q: Any, hyst: Any, temperature: Any, room: float) -> tup
     tension = _tensile(stretch, base * p["K_modulus"], p["F_modulus_min"])
     relaxed = _tensile(hyst, base * p["K_hyst"], p["F_hyst_min"])
     damper = casadi.fmax(p["H"] * (warm + p["T_hyst_offset"]), DAMPER_FLOOR)
-    return -tension * side.radius * swing / length, (tension - relaxed) / (damper * base)
+    total = tension - _pushed(side, length / base - 1.0)
+    return -total * side.radius * swing / length, (tension - relaxed) / (damper * base)
 
 
 def torque_function(numbers: Numbers) -> casadi.Function:

@@ -1,5 +1,7 @@
 """The predictive controller against Riccati's recursion, a tube in closed form, and the plant."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,6 +23,7 @@ from muscle_bayes.control.judging.metrics import Metrics  # noqa: E402
 from muscle_bayes.control.judging.specification import Specification  # noqa: E402
 from muscle_bayes.control.plant.design import Design  # noqa: E402
 from muscle_bayes.control.plant.draws import JointDraws  # noqa: E402
+from muscle_bayes.physics.effects.coil_contact import CoilContact  # noqa: E402
 from muscle_bayes.physics.plant import Drive  # noqa: E402
 
 GAIN, COOLING = 4.5, 0.02
@@ -115,8 +118,13 @@ def joint():
 
 
 @pytest.mark.parametrize("angle", [-0.1, 0.0, 0.07])
-def test_torque_and_relaxation_are_the_plants(joint, angle):
-    """Two codes of eq. 7 to 17."""
+@pytest.mark.parametrize("contact", [None, (300.0, 0.12, 0.02), (300.0, 0.12, 0.3)])
+def test_torque_and_relaxation_are_the_plants(joint, angle, contact):
+    """Two codes of eq. 7 to 18."""
+    if contact is not None:
+        joint = dataclasses.replace(
+            joint, plant=joint.plant + CoilContact(*map(jnp.asarray, contact))
+        )
     hyst, warm = np.array([0.09, 0.07]), np.array([40.0, 85.0])
     torque, rates = torque_function(numbers_of(joint))(angle, hyst, warm)
     drive = Drive(jnp.asarray(warm), STILL, STILL)
@@ -183,12 +191,12 @@ def test_the_observer_finds_a_heater_that_differs_and_a_load(joint):
 
 def test_what_the_model_lacks_is_refused(joint):
     class Effects:
-        effects = ("coil-contact",)
+        effects = ("viscous-friction",)
 
     class Odd:
         plant = Effects
 
-    with pytest.raises(ValueError, match="no effects"):
+    with pytest.raises(ValueError, match="coil contact only"):
         numbers_of(Odd)
 
 

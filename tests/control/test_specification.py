@@ -158,14 +158,20 @@ def test_the_best_input_keeps_a_nearly_slack_joint_off_its_stops():
 
 
 def test_ties_that_no_law_can_break_are_named():
-    """Out of reach for every input, or on more than the worst twentieth that CVaR is the mean of."""
+    """Out of reach for every input, or cut off under the best input, too."""
     forced = runpy.run_path(str(SCRIPT))["forced_ties"]
-    specs = {
-        "easy": Specification({"settling": 1.0}),
-        "some": Specification({"settling": 1.0}, attainable=0.96),
-        "hard": Specification({"settling": 1.0}, attainable=0.83),
-        "never": Specification({"settling": 1.0}, infeasible="too fast"),
-    }
-    hard, never = forced(specs)
-    assert hard.startswith("hard: no input keeps the limits on 17% of the joints")
+    limit = {"settling_time": 1.0}
+    specs = {name: Specification(limit) for name in ("easy", "some", "hard")}
+    specs["never"] = Specification(limit, infeasible="too fast")
+    hard, never = forced(specs, {"some": 2.9, "hard": 3.0})
+    assert hard.startswith("hard: the best input's CVaR is 3")
     assert never.startswith("never: out of any input's reach")
+
+
+def test_the_best_input_may_be_a_kelvin_too_hot():
+    spec = Specification({"settling_time": 10.0, "peak_temperature": 100.0})
+    best = found(
+        settling_time=np.array([5.0, 5.0, 20.0]), peak_temperature=np.array([100.9, 103, 90])
+    )
+    assert spec.met_by_best(best).tolist() == [True, False, False]
+    assert spec.worst_of_best(best)[2] == pytest.approx(1.0)

@@ -7,7 +7,7 @@ from muscle_bayes.control.batch import Bank
 from muscle_bayes.control.closed_loop import Clock
 from muscle_bayes.control.judging.feasible import feasible
 from muscle_bayes.control.judging.judge import Judgement, judge
-from muscle_bayes.control.judging.specification import Specification, specifications
+from muscle_bayes.control.judging.specification import Specification, cvar, specifications
 from muscle_bayes.control.laws.gains import Gains, LawName
 from muscle_bayes.control.laws.templates import TUNED, template
 from muscle_bayes.control.linear import snapshot_gains
@@ -32,6 +32,8 @@ class TunedLaws(NamedTuple):
     """The joints that they were judged on."""
     edges: dict[str, tuple[str, ...]]
     """Of every law the gains at an edge of the search."""
+    least: dict[str, float]
+    """95 % CVaR of the excess under the best input, in scenarios whose limits it does not always keep."""
 
 
 def asked(
@@ -86,4 +88,5 @@ def tuned_laws(
     best = feasible(others, unsure, clock.period, joints=looked_at, report=report)
     possible = {name: specs[name].met_by_best(found) for name, found in best.items()}
     result = judge(test, gains, scenarios, specs, notes=told, possible=possible, report=report)
-    return TunedLaws(result, test, edges)
+    least = {name: cvar(specs[name].worst_of_best(found)) for name, found in best.items()}
+    return TunedLaws(result, test, edges, least)

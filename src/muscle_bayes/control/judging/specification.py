@@ -72,11 +72,16 @@ class Specification:
         return self.worst(found) <= 0.0
 
     def met_by_best(self, best: Metrics) -> Bool[np.ndarray, " draw"]:
-        """Whether the best input (`feasible`) keeps every limit on each draw.
+        """Whether the best input (`feasible`) keeps every limit on each draw."""
+        return self.worst_of_best(best) <= 0.0
+
+    def worst_of_best(self, best: Metrics) -> Float[np.ndarray, " draw"]:
+        """The largest excess of every draw under the best input.
 
         It keeps the temperature softly: a kelvin too much is the optimisation's own inexactness.
         """
-        return self.met(best._replace(peak_temperature=np.asarray(best.peak_temperature) - 1.0))
+        cooler = np.asarray(best.peak_temperature) - 1.0
+        return self.worst(best._replace(peak_temperature=cooler))
 
 
 def wanted(course: Course, chosen: Mapping[str, float] | None = None) -> Specification:
