@@ -121,7 +121,7 @@ def test_of_the_joints_that_some_input_can_serve():
     share, error, count = result.where_possible("a", "s")
     assert (share, count) == (pytest.approx(2 / 3), 3)
     assert error == standard_error(share, 3)
-    assert "Weak spots: s 50% (67% ±" in result.sentence()
+    assert "Weak spot: s 50% (67% ±" in result.sentence()
     assert "of the 3 joints on which some input can" in result.sentence()
     assert "Its gains are some." in result.sentence()
     title, *_, first, _ = _page(result, {}, {}, "tune").split("\n\n")[:4]

@@ -51,8 +51,8 @@ class Draws:
         if not self.good:
             return (
                 f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws "
-                "count. Its probability rests on the normal at the mode, intervals on how the density falls "
-                "along each axis"
+                "count. Its probability rests on the normal at the mode, intervals on the density along each "
+                "axis"
             )
         off = self.log_evidence - self.laplace
         count = f"{self.effective:.0f} draws count"

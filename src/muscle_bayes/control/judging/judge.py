@@ -123,14 +123,15 @@ class Judgement:
         worse = " ".join(lost) or "No other law beats it in any scenario."
         chances = {one.name: self.probability(law, one.name)[0] for one in self.scenarios}
         weak = [name for name, chance in chances.items() if chance < RELIABLE]
-        told = ", ".join(
-            f"{name} {chances[name]:.0%}{self._of_possible(law, name)}" for name in weak
+        told = "".join(
+            f" Weak spot: {name} {chances[name]:.0%}{self._of_possible(law, name)}."
+            for name in weak
         )
         others = [chance for name, chance in chances.items() if name not in weak]
         least = f" Every other scenario: at least {min(others):.0%}." if weak and others else ""
         return (
             f"Use {law}: {share:.0%} (±{error:.1%}) of new joints meet every specification. "
-            f"Its gains are {self.gains[law].sentence()}.{f' Weak spots: {told}.' if weak else ''}{least} "
+            f"Its gains are {self.gains[law].sentence()}.{told}{least} "
             f"{worse}"
         )
 
