@@ -50,9 +50,8 @@ class Draws:
         """What the check of Laplace's approximation says."""
         if not self.good:
             return (
-                f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws "
-                "count. Its probability rests on the normal at the mode, intervals on the density along each "
-                "axis"
+                f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws count. "
+                "Its probability rests on the normal at the mode, intervals on the density along each axis"
             )
         off = self.log_evidence - self.laplace
         count = f"{self.effective:.0f} draws count"
