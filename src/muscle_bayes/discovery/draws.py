@@ -33,25 +33,26 @@ class Draws:
     laplace: float
     """Log evidence by Laplace's approximation."""
     effective: float
-    """Effective number of the draws; where too few count, `good` is False, and an approximation about the
-    mode stands for them."""
+    """Effective number of the draws; the mode's normal stands for them where `good` is False."""
     good: bool
 
     @classmethod
-    def laplace_of(cls, fitted: Fitted, seed: int, count: int = 320) -> "Draws":
+    def laplace_of(
+        cls, fitted: Fitted, seed: int, count: int = 320, effective: float = 0.0
+    ) -> "Draws":
         """Draws of the normal at the mode."""
         kicks = np.random.default_rng(seed).standard_normal((fitted.used, count))
         points = np.tile(fitted.point, (count, 1))
         points[:, : fitted.used] += fitted.precision.spread(kicks).T
         evidence = fitted.log_evidence
-        return cls(points, evidence, evidence, 0.0, good=False)
+        return cls(points, evidence, evidence, effective, good=False)
 
     def text(self, name: str) -> str:
         """What the check of Laplace's approximation says."""
         if not self.good:
             return (
-                f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws count. "
-                "Its probability rests on the normal at the mode, intervals on the density along each axis"
+                f"{name}: Laplace's approximation is not confirmed: only {self.effective:.0f} draws "
+                "count. Its probability and intervals rest on the normal at the mode"
             )
         off = self.log_evidence - self.laplace
         count = f"{self.effective:.0f} draws count"
@@ -71,8 +72,8 @@ def sampled(
 
     From a split Student t about the mode; while less than the share `enough` of the draws count, again from
     the weighted draws' own mean and covariance, mixed with the former (population Monte Carlo; weights
-    are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008). Where fewer than `least` are effective,
-    the first draws of the split t stand for the posterior: they are as wide on either side of each axis.
+    are truncated as in Ionides, J. Comput. Graph. Stat. 17, 2008). Fewer than `least` effective draws
+    are not trusted.
     """
     rng, used = np.random.default_rng(search.seed), fitted.used
 
@@ -90,10 +91,9 @@ def sampled(
     proposal = split_student(
         lambda moves: potential(moves) - fitted.potential, fitted.precision.inverse(), prior
     )
-    best, first = None, np.zeros((0, used))
-    for number in range(rounds):
+    best = None
+    for _ in range(rounds):
         moves, log_q = proposal.draw(rng, count)
-        first = first if number else moves
         log_weight = -potential(moves) - log_q
         evidence = float(logsumexp(log_weight) - np.log(count))
         share = np.exp(log_weight - logsumexp(log_weight))
@@ -107,8 +107,7 @@ def sampled(
     assert best is not None
     effective, evidence, moves, share = best
     if effective < least:
-        laplace = fitted.log_evidence
-        return Draws(points(first), laplace, laplace, effective, good=False)
+        return Draws.laplace_of(fitted, search.seed, count, effective)
     chosen = points(moves)[rng.choice(count, count, p=share)]
     return Draws(chosen, evidence, fitted.log_evidence, effective, good=True)
 
