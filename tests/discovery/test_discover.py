@@ -53,7 +53,9 @@ def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) ->
     hidden = make_effect("cogging", sine=0.006, waves=waves)
     found = _search(tmp_path, hidden, candidates=("cogging", "viscous-friction"))
     assert found.verdict == "cogging"
-    assert found.steps[0].parameters["waves"].median == pytest.approx(waves, rel=0.02)
+    told = found.steps[0].parameters["waves"]
+    assert told.high - told.low < 0.12 * waves
+    assert abs(told.median - waves) < told.high - told.low
 
 
 def test_nothing_is_claimed_where_nothing_is_hidden(tmp_path: Path) -> None:

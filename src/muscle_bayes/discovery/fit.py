@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.discovery.fitted import Fitted, Start, first_share, noise_names, sampled_values
-from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME, Data
+from muscle_bayes.discovery.fitted import Fitted, Start, sampled_values
+from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.model.reduction import with_swings
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.programs import unconstrained
@@ -157,15 +157,6 @@ class Search:
             found[regime] = (rms if np.isfinite(rms) else 1e6, float(np.median(seen)))
         return found
 
-    def log_misfit(self, residuals: Sequence, data: Data) -> float:
-        """Log RMS residual of a regime in noises of a reading, mean over all intervals."""
-        found = self.misfit(residuals, data)
-        count = dict.fromkeys(found, 0)
-        for regime, lanes in zip(self.nested.layout.regimes, data.lanes, strict=True):
-            count[regime] += int((np.asarray(lanes.weight) > 0).sum())
-        sizes = [count[key] * np.log(rms / self.noise[key]) for key, (rms, _) in found.items()]
-        return float(sum(sizes) / max(sum(count.values()), 1))
-
     def is_gross(self, fitted: Fitted, times: float = 3.0) -> bool:
         """Whether the misfit of some regime is so many times the noise of a reading."""
         levels = self.misfit(fitted.seen.residuals, fitted.data)
@@ -196,67 +187,6 @@ class Search:
         for name, value in values.items():
             point[names.index(name)] = np.log(max(value, 1e-300))
         return start._replace(point=point)
-
-    def as_noise(self, start: Start, residuals: Sequence) -> Start:
-        """The start with its misfit taken for white noise."""
-        values = {}
-        for regime, (rms, readings) in self.misfit(residuals, start.data).items():
-            values[f"{regime}.noise"] = rms * np.sqrt(readings)
-            values[f"{regime}.discrepancy"] = 1e-3 * rms
-        return self.with_shared(start, values)
-
-    def as_lasting(self, start: Start, residuals: Sequence) -> Start:
-        """The start with the noise of a reading, and what is more of its misfit taken for lasting."""
-        lasts: Mapping[str, float] = TYPICAL_MISFIT_TIME  # type: ignore[assignment]
-        values = {}
-        for regime, (rms, _) in self.misfit(residuals, start.data).items():
-            noise = self.noise[regime]
-            values[f"{regime}.noise"] = noise
-            values[f"{regime}.discrepancy"] = max(rms, 0.1 * noise)
-            values[f"{regime}.correlation_time"] = lasts[regime]
-        return self.with_shared(start, values)
-
-    def annealed(
-        self,
-        starts: Sequence[Start],
-        groups: Sequence[Hashable],
-        rounds: Sequence[tuple[float, int]] = ((1.0, 4), (1.0, 6)),
-        behind: float = 0.5,
-        most: int = 3,
-    ) -> list[Start]:
-        """Starts after descents in which all misfit is white noise, best first.
-
-        Each of the `rounds` takes the first share of every run, and so many steps. The noise is set to
-        the misfit before each: large first, so that a lasting discrepancy does not hide what causes it,
-        then as small as the misfit has become. After each, the `most` of a group stay whose log misfit is
-        least, if it is not `behind` the best. Those that cannot be evaluated are left out; what is returned
-        has lasting noise.
-        """
-        held = noise_names(self.nested)
-        rows = list(zip(starts, groups, (start.data for start in starts), strict=True))
-        for share, count in rounds:
-            cut = [start._replace(data=first_share(data, share)) for start, _, data in rows]
-            begun = [
-                (self.as_noise(start, one.residuals), group, data)
-                for start, one, (_, group, data) in zip(cut, self.explained(cut), rows, strict=True)
-                if np.isfinite(float(one.potential))
-            ]
-            ends = self.descended([start for start, _, _ in begun], held, count)
-            ended = [
-                (self.log_misfit(end.look.seen.residuals, start.data), end, start, group, data)
-                for end, (start, group, data) in zip(ends, begun, strict=True)
-                if np.isfinite(end.potential)
-            ]
-            kept: dict[Hashable, list[float]] = {}
-            rows = []
-            for size, end, start, group, data in sorted(ended, key=lambda one: one[0]):
-                others = kept.setdefault(group, [])
-                if len(others) < most and (not others or size < others[0] + behind):
-                    others.append(size)
-                    rows.append((start._replace(point=end.point), group, data))
-        whole = [start._replace(data=data) for start, _, data in rows]
-        seen = self.explained(whole)
-        return [self.as_lasting(s, one.residuals) for s, one in zip(whole, seen, strict=True)]
 
     def settled(self, fitted: Fitted, rounds: int = 3) -> Fitted:
         """The fit with what its own point tells of the motion, and fitted with it.

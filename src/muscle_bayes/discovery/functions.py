@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from muscle_bayes.discovery.anneal import annealed
 from muscle_bayes.discovery.conditions import Trace, traces
 from muscle_bayes.discovery.fit import Search
 from muscle_bayes.discovery.fitted import Fitted, Start
@@ -87,7 +88,7 @@ def fit_functions(
 
     order = sorted(range(len(names)), key=lambda i: -promise(seen[i]))[:most]
     plain = [seen[i].start for i in order]
-    starts = search.annealed(plain, [names[i] for i in order])
+    starts = annealed(search, plain, [names[i] for i in order])
     best: dict[str, Fitted] = {}
     for one in search.fit([*starts, *plain], behind=300.0):
         name = one.effects[-1]

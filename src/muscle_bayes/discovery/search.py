@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from muscle_bayes.discovery.anneal import annealed, as_noise
 from muscle_bayes.discovery.candidates import Candidate, candidates, promising
 from muscle_bayes.discovery.fit import Search
 from muscle_bayes.discovery.fitted import Fitted, Start, noise_names
@@ -15,7 +16,7 @@ def scored(
 ) -> dict[str, list[Candidate]]:
     """Candidates beside `base`; where its misfit is large, as if that were white noise."""
     if search.is_gross(base):
-        start = search.as_noise(base.start, base.seen.residuals)
+        start = as_noise(search, base.start, base.seen.residuals)
         (base,) = search.fit([start], held=noise_names(search.nested), steps=15)
     return candidates(search, base, names, seed)
 
@@ -55,7 +56,7 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     chosen = [one.start for some in screened.values() for one in promising(some)]
     effects = [start.effects[-1] for start in chosen]
     search.report("candidates", 0, len(screened))
-    finals = _best_two(search.annealed(chosen, effects))
+    finals = _best_two(annealed(search, chosen, effects))
     finals += [some[0].start for some in screened.values() if some and some[0].gain > 3.0]
     fits: dict[str, Fitted] = {}
     search.report("candidates", len(screened) // 2, len(screened))
@@ -84,7 +85,7 @@ def _along_the_runs(
     """
     effects = [start.effects[-1] for start in starts]
     rounds = [(share, steps) for share in shares]
-    return search.fit(search.annealed(starts, effects, rounds, most=1)[:most])
+    return search.fit(annealed(search, starts, effects, rounds, most=1)[:most])
 
 
 def evidence(one: Fitted) -> float:
@@ -124,7 +125,7 @@ def _from_new_draws(search: Search, base: Fitted, fitted: Fitted) -> list[Fitted
         return []
     name = fitted.effects[-1]
     starts = promising(scored(search, there, [name], search.seed + 1000)[name])
-    return search.fit(search.annealed([one.start for one in starts], [name] * len(starts))[:2])
+    return search.fit(annealed(search, [one.start for one in starts], [name] * len(starts))[:2])
 
 
 def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> list[Fitted]:
@@ -159,7 +160,7 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
         if np.isfinite(away) and away > seen:
             kept.append(row)
     groups = [row.effects[-1] for row in kept]
-    return search.fit(_best_two(search.annealed(kept, groups, [(1.0, 6)])))
+    return search.fit(_best_two(annealed(search, kept, groups, [(1.0, 6)])))
 
 
 def with_own_motion(
