@@ -14,6 +14,9 @@ from muscle_bayes.physics.effect import Scales
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.springs import tensile_strain
 
+MINIMUM_FORCES = ("F_modulus_min", "F_hyst_min")
+"""The springs' minimum forces. Below the least tension of the records they change nothing, above it
+nearly everything."""
 LEAST_SHARE = 0.1
 """Least first strain of HYST, as a share of that over which its coils part."""
 COLD, HOT = 25.0, 90.0

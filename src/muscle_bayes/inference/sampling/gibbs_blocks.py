@@ -13,13 +13,10 @@ from numpyro.infer.gibbs import GIBBS_SITES_KWARG, CustomGibbsState
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel, all_solved
 from muscle_bayes.inference.model.lane_model import LanePrediction, predictions
+from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.sampling.slice_sampling import slice_sweep
-
-MINIMUM_FORCES = ("F_modulus_min", "F_hyst_min")
-"""The springs' minimum forces. Below the least tension of the records they change nothing, above it
-nearly everything: such walls throw gradient-based samplers off."""
 
 
 class Blocks(NamedTuple):
@@ -28,16 +25,16 @@ class Blocks(NamedTuple):
     smooth: tuple[str, ...]
     """In which the posterior, the others given, is nearly normal."""
     walls: tuple[str, ...]
-    """The minimum forces, and whatever else is taken apart."""
+    """Those that are taken apart because they act beyond a threshold only."""
     noise: tuple[str, ...]
     """Noise parameters: their density is a curved funnel, but costs no simulation."""
 
 
-def blocks_of(names: Sequence[str], apart: Collection[str] = ()) -> Blocks:
-    """The blocks of these sites; those of the effects `apart` are among the walls."""
+def blocks_of(names: Sequence[str], walls: Collection[str] = MINIMUM_FORCES) -> Blocks:
+    """The blocks of these sites; `walls` are names of sites, or of effects with all of theirs."""
     noise = tuple(name for name in names if name.rpartition(".")[2] in NoiseParameters._fields)
-    walls = tuple(n for n in names if n in MINIMUM_FORCES or n.partition(".")[0] in apart)
-    return Blocks(tuple(n for n in names if n not in noise + walls), walls, noise)
+    apart = tuple(n for n in names if n in walls or n.partition(".")[0] in walls)
+    return Blocks(tuple(n for n in names if n not in noise + apart), apart, noise)
 
 
 class Slices(NamedTuple):

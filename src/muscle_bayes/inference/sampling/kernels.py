@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpyro.infer import NUTS, Gibbs
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
+from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Layout, Problem
 from muscle_bayes.inference.sampling.gibbs_blocks import (
@@ -63,7 +64,7 @@ class Sampler(Protocol):
 
 @dataclass(frozen=True)
 class Nuts:
-    """Slices of the minimum forces, slices of the noise, NUTS over all other sites.
+    """Slices of what acts like a wall, slices of the noise, NUTS over all other sites.
 
     The inverse Fisher information is NUTS' inverse mass matrix. Its step size is adapted, the matrix is
     not, for the noise's funnel would spoil it.
@@ -71,6 +72,7 @@ class Nuts:
 
     target_acceptance: float = 0.75
     max_tree_depth: int = 5
+    walls: tuple[str, ...] = MINIMUM_FORCES
     slices: Slices = field(default_factory=Slices)
 
     statistics: ClassVar[dict[str, str]] = {
@@ -97,7 +99,7 @@ class Nuts:
         return Gibbs([*_walls(model, self.slices, sites), noise, (whole, sites.smooth)])
 
     def blocks(self, layout: Layout) -> Blocks:
-        return blocks_of([name for name, _ in layout.shapes])
+        return blocks_of([name for name, _ in layout.shapes], self.walls)
 
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
         return normal
@@ -143,8 +145,8 @@ class LinearisedSteps:
     """Standard deviation of proposals, in those of the surrogate, whose tails may be too thin."""
     noise_widths: tuple[float, float, float] = (0.5, 2.0, 2.0)
     """Largest scale of moves in log noise, log discrepancy and log correlation time."""
-    apart: tuple[str, ...] = ()
-    """Effects that are slice sampled as the minimum forces are: some act beyond a threshold only."""
+    walls: tuple[str, ...] = MINIMUM_FORCES
+    """Sites, and effects with all of theirs, that are slice sampled: they act beyond a threshold only."""
     slices: Slices = field(default_factory=lambda: Slices(noise_rounds=2))
 
     statistics: ClassVar[dict[str, str]] = {
@@ -171,7 +173,7 @@ class LinearisedSteps:
         return Gibbs([*_walls(model, self.slices, sites), (whole, sites.smooth + sites.noise)])
 
     def blocks(self, layout: Layout) -> Blocks:
-        return blocks_of([name for name, _ in layout.shapes], self.apart)
+        return blocks_of([name for name, _ in layout.shapes], self.walls)
 
     def _noise_directions(self, layout: Layout) -> Float[np.ndarray, "k n"]:
         """Each quantity alone, and a long-lived discrepancy along which its steps stay as large."""

@@ -7,7 +7,10 @@ from itertools import starmap
 import arviz as az
 from jaxtyping import Array
 
+from muscle_bayes.inference.model.density import unconstrain
+from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.problem import Problem
+from muscle_bayes.inference.running.programs import constrained_at, potential_at
 from muscle_bayes.inference.sampling.chains import Chains
 from muscle_bayes.inference.sampling.draws import Draws, worst_rhat
 from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
@@ -33,19 +36,32 @@ class Effort:
     """Largest R-hat with which chains count as agreeing. Its own scatter grows as draws get fewer."""
     sampler: Sampler | None = None
     """How sites are sampled. None: by `LinearisedSteps`; where chains of it are still far from each other
-    after the first draws, by it with effects apart, or by `Nuts`."""
+    after the first draws, by it with effects sliced, or by `Nuts`."""
     far_apart: float = 1.3
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
     """Share of their transitions that may diverge, else it is, too."""
+    patience: float = 8.0
+    """Sampling ends early where chains are still that far apart, and would need so many times the most
+    draws at the pace so far."""
     chunk: int = 25
     """Draws between two reports of progress."""
 
 
 def agree(draws: Draws, effort: Effort) -> bool:
     """Whether rank-normalised R-hat and bulk ESS of every sampled quantity are good enough."""
-    ess = az.ess(az.convert_to_datatree({"v": draws.values}).posterior)["v"]
-    return worst_rhat(draws) <= effort.max_rhat and bool(ess.min() >= effort.min_ess)
+    return worst_rhat(draws) <= effort.max_rhat and _least_ess(draws) >= effort.min_ess
+
+
+def out_of_reach(draws: Draws, effort: Effort) -> bool:
+    """Whether chains that are far apart gather effective draws much too slowly to agree in the end."""
+    most = effort.draws + effort.rounds * (effort.draws // 2)
+    needed = draws.values.shape[1] * effort.min_ess / _least_ess(draws)
+    return worst_rhat(draws) > effort.far_apart and needed > effort.patience * most
+
+
+def _least_ess(draws: Draws) -> float:
+    return float(az.ess(az.convert_to_datatree({"v": draws.values}).posterior)["v"].min())
 
 
 def draw(
@@ -83,10 +99,10 @@ def draw(
             report=lambda done, total, note: report(done, total, which + note),
         )
 
-    samplers = [effort.sampler] if effort.sampler else _samplers(problem)
+    samplers = [effort.sampler] if effort.sampler else _samplers(problem, mode)
     draws, chains = first_to_mix(starmap(begin, enumerate(samplers, 1)), effort)
     for _ in range(effort.rounds):
-        if agree(draws, effort):
+        if agree(draws, effort) or out_of_reach(draws, effort):
             break
         draws = chains.go_on(effort.draws // 2)
     return draws
@@ -109,9 +125,29 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
     return draws, chains
 
 
-def _samplers(problem: Problem) -> list[Sampler]:
+def _samplers(problem: Problem, mode: Mode) -> list[Sampler]:
     """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
-    layout = problem.layout
-    apart: list[Sampler] = [LinearisedSteps(apart=tuple(layout.effects))] if layout.effects else []
-    others = [*apart, Nuts()] if "slow" in layout.regimes else [Nuts(), *apart]
-    return [LinearisedSteps(), *others]
+    layout, walls = problem.layout, walls_at(mode, problem)
+    apart: list[Sampler] = (
+        [LinearisedSteps(walls=walls + tuple(layout.effects))] if layout.effects else []
+    )
+    nuts = Nuts(walls=walls)
+    others = [*apart, nuts] if "slow" in layout.regimes else [nuts, *apart]
+    return [LinearisedSteps(walls=walls), *others]
+
+
+def walls_at(mode: Mode, problem: Problem, *, least_cost: float = 50.0) -> tuple[str, ...]:
+    """The minimum forces about which the readings do not decide.
+
+    A force counts as decided where halving it, all else as at the mode, costs more than `least_cost`
+    nats: a spring then opens inside the records and its force is known as well as any other site, and
+    together with others. Slices, which keep all others, would hardly move it.
+    """
+    layout, data = problem.layout, problem.data
+    values = constrained_at(mode.vector, layout, data)
+
+    def cost(name: str) -> float:
+        halved = unconstrain(values | {name: 0.5 * values[name]}, layout, data)
+        return potential_at(halved, layout, data) - mode.potential
+
+    return tuple(name for name in MINIMUM_FORCES if name in values and not cost(name) > least_cost)

@@ -15,13 +15,14 @@ from muscle_bayes.inference.model.density import (
     potential_errors_and_scales,
     unconstrain,
 )
+from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.prior_draws import sample_prior
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.search.least_squares import Row, least_squares
-from muscle_bayes.inference.search.other_basins import MINIMUM_FORCES, with_other_basins
+from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.inference.search.tempering import (
     AS_EXPECTED,
     OR_SUDDEN,

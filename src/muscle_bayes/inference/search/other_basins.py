@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import biject_to
 
+from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.programs import predictions_at
 from muscle_bayes.inference.search.tempering import entry_names
 
-MINIMUM_FORCES = ("F_modulus_min", "F_hyst_min")
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Prior probabilities below the values that a minimum force is given."""
 
