@@ -157,6 +157,8 @@ def _sizes(rig: OtherRig) -> dict[str, dict[str, float]]:
         "load-dependent-friction": {"share": 0.02},
         "position-dependent-friction": {"slope": 0.7 / reach},
         "potentiometer-nonlinearity": {"bend": 0.02 / reach, "gain": 0.0},
+        "backlash": {"gap": 0.02 * reach},
+        "zero-drift": {"rate": 0.02 * reach / (rig.rows * rig.period)},
         "detent": {"depth": force, "at": 0.4 * reach, "width": 0.15 * reach},
         "one-way-friction": {"level": force},
         "wiper-ripple": {"size": 0.01 * reach, "waves": 9.0 / reach},
@@ -198,7 +200,7 @@ def other_runs(
         known = np.zeros(rig.rows) if rig.drive is None else rig.drive[number]
         q = _moved(rig, effects, start, known)
         for effect in effects:
-            q = np.array([effect.shown(one) for one in q])
+            q = np.array([*map(effect.view(), q, time)])
         noisy = q + rig.noise * rng.standard_normal(q.size)
         shown = rig.step * np.round(noisy / rig.step)
         columns = [time, shown, *([] if rig.drive is None else [known])]

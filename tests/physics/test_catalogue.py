@@ -13,7 +13,7 @@ from example_plants import creep, muscle_plant, release, schedule
 from wide_draws import DRAWS, SIZE, nominal, prior_draws, responses_and_slopes
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.physics.effect import PORTS, Effect, MemoryEffect, Signals, TemperatureFilter
+from muscle_bayes.physics.effect import PORTS, CourseFilter, Effect, MemoryEffect, Signals
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.physics.plant import Drive
 from muscle_bayes.twin import EFFECTS
@@ -96,7 +96,7 @@ def test_parameters_have_unit_prior_and_an_off_inside_its_support(effect):
 @each
 def test_off_is_the_identity(effect):
     off = effect.off()
-    if isinstance(off, TemperatureFilter):
+    if isinstance(off, CourseFilter):
         time = jnp.asarray([0.0, 0.7, 1.0, 2.5, 2.5, 2.5])
         course = jnp.asarray([25.0, 40.0, 41.0, 30.0, 30.0, 30.0])
         np.testing.assert_array_equal(off(time, course), course)

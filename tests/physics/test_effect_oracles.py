@@ -24,6 +24,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from muscle_bayes.physics.effects import (
+    Backlash,
     BiasTorque,
     ClockOffset,
     Cogging,
@@ -43,6 +44,7 @@ from muscle_bayes.physics.effects import (
     StribeckFriction,
     ThermalLag,
     ViscousFriction,
+    ZeroDrift,
 )
 from muscle_bayes.physics.elements import Instant, NoElement
 from muscle_bayes.physics.friction import CoulombFriction
@@ -415,6 +417,29 @@ def test_potentiometer_shows_a_parabola_and_is_read_backwards():
         shown = bent.sensed(jnp.asarray(q), hyst, heated(25.0))
         assert float(shown) == pytest.approx(1.05 * q - 0.1 * q**2, abs=1e-14)
         assert float(bent.located(shown, hyst, heated(25.0))) == pytest.approx(q, abs=1e-12)
+
+
+def test_zero_drift_adds_a_ramp_to_what_is_shown_and_to_nothing_else():
+    rate, time = 2e-3, np.linspace(0.0, 5.0, 501)
+    plain, middle = muscle_plant(), 0.5 * (time[1:] + time[:-1])
+    drifting = plain + ZeroDrift(jnp.asarray(rate))
+    for motion, at in ((release, time[1:]), (creep, middle)):
+        seen, true = (motion(one, schedule(time, ramp), -0.2, 0.04) for one in (drifting, plain))
+        np.testing.assert_allclose(seen.sensed - true.sensed, rate * at, atol=1e-13)
+        np.testing.assert_array_equal(seen.hyst, true.hyst)
+
+
+def test_backlash_shows_half_its_gap_less_and_stands_while_it_is_crossed():
+    gap, time = 0.03, np.linspace(0.0, 40.0, 401)
+    pushed = schedule(time, applied=lambda t: STIFFNESS * 0.1 * (1.0 - np.abs(t - 20.0) / 20.0))
+    q = np.asarray(creep(oscillator(), pushed).sensed)
+    seen = creep(oscillator() + Backlash(jnp.asarray(gap)), pushed, q[0])
+    rising = np.arange(q.size) < q.size // 2
+    exact = np.where(
+        rising, np.maximum(q - 0.5 * gap, q[0]), np.minimum(q + 0.5 * gap, q.max() - 0.5 * gap)
+    )
+    np.testing.assert_allclose(seen.sensed, exact, atol=1e-12)
+    assert np.ptp(q) == pytest.approx(0.1, rel=0.01)
 
 
 @pytest.mark.parametrize("delay", [1.3, -0.4])

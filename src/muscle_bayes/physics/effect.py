@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -62,6 +62,8 @@ class Scales(NamedTuple):
     """Range of the coordinate [rad or m]."""
     rest: float = 0.0
     """Middle of the coordinate's course [rad or m]."""
+    duration: float = 1.0
+    """Of the longest run [s]."""
     power: float = 1.0
     """RMS of the heaters' power, or of what stands for it [its unit]; 1 where none is logged."""
     signal: float = 1.0
@@ -135,7 +137,7 @@ class Effect(eqx.Module):
         """The corrected value, in the port's unit."""
 
     @classmethod
-    def off(cls) -> "Effect":
+    def off(cls) -> Self:
         """The effect with every parameter at its off value."""
         return cls(**{key: parameter.off for key, parameter in cls.parameters.items()})
 
@@ -160,11 +162,11 @@ class MemoryEffect(Effect):
         return rest
 
 
-class TemperatureFilter(eqx.Module):
-    """An effect on the temperature port that looks at the temperature's whole course."""
+class CourseFilter(eqx.Module):
+    """An effect that looks at the whole course of what its port carries."""
 
     name: ClassVar[str]
-    port: ClassVar[Port] = "temperature"
+    port: ClassVar[Port]
     dissipative: ClassVar[bool] = False
     scanned: ClassVar[int] = 0
     parameters: ClassVar[Mapping[str, Parameter]]
@@ -173,11 +175,31 @@ class TemperatureFilter(eqx.Module):
     def __call__(
         self, time: Float[Array, " node"], course: Float[Array, " node"]
     ) -> Float[Array, " node"]:
-        """The muscle's temperature at the nodes [s] of a course that is linear between them [C].
+        """The course as it passes, at the same times [s]; intervals of no length are padding."""
 
-        Linear in the course and the same at all times: derivatives of courses pass as courses do.
-        Intervals of no length are padding.
-        """
+    @classmethod
+    def off(cls) -> Self:
+        """The effect with every parameter at its off value."""
+        return cls(**{key: parameter.off for key, parameter in cls.parameters.items()})
+
+
+class ReadingFilter(CourseFilter):
+    """An effect on the reading port: from the coordinate's course to the one that the sensor shows.
+
+    [rad or m]. The first value passes unchanged: a run's zero and first position are unknowns anyway.
+    """
+
+    port: ClassVar[Port] = "reading"
+
+
+class TemperatureFilter(CourseFilter):
+    """An effect on the temperature port: from the heater's course to the muscle's [C].
+
+    The course is linear between the nodes. The filter must be linear in the course and the same at all
+    times: derivatives of courses pass as courses do.
+    """
+
+    port: ClassVar[Port] = "temperature"
 
     def advance(self, late: Scalar, before: Scalar, after: Scalar, duration: Scalar) -> Scalar:
         """The muscle's temperature [C] where nothing is logged but the plant runs on, `late` having
@@ -186,8 +208,3 @@ class TemperatureFilter(eqx.Module):
         As it is, unless said: what shifts a log does not delay a plant.
         """
         return after
-
-    @classmethod
-    def off(cls) -> "TemperatureFilter":
-        """The effect with every parameter at its off value."""
-        return cls(**{key: parameter.off for key, parameter in cls.parameters.items()})

@@ -12,7 +12,15 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.physics.actuators import Actuator, KnownForce
-from muscle_bayes.physics.effect import Effect, MemoryEffect, Port, Signals, TemperatureFilter
+from muscle_bayes.physics.effect import (
+    CourseFilter,
+    Effect,
+    MemoryEffect,
+    Port,
+    ReadingFilter,
+    Signals,
+    TemperatureFilter,
+)
 from muscle_bayes.physics.elements import Element, Instant, Muscle, through_port
 from muscle_bayes.physics.friction import FrictionLaw
 from muscle_bayes.physics.linkage import Scalar
@@ -71,12 +79,12 @@ class Plant(eqx.Module):
     stops: tuple[float, float]
     actuator: Actuator = KnownForce()
     """Turns what drives the plant into a generalised force."""
-    effects: tuple[Effect | TemperatureFilter, ...] = ()
+    effects: tuple[Effect | CourseFilter, ...] = ()
     memory: Mapping[str, Float[Array, "2"] | Pair] = eqx.field(default_factory=dict)
     """States of the effects with memory on sides A and B, by name; empty where nothing is remembered,
     and such effects do nothing there."""
 
-    def __add__(self, effect: Effect | TemperatureFilter) -> "Plant":
+    def __add__(self, effect: Effect | CourseFilter) -> "Plant":
         return eqx.tree_at(
             lambda plant: plant.effects,
             self,
@@ -118,6 +126,11 @@ class Plant(eqx.Module):
     def temperature_filters(self) -> tuple[TemperatureFilter, ...]:
         """The effects that look at the temperature's whole course."""
         return tuple(effect for effect in self.effects if isinstance(effect, TemperatureFilter))
+
+    @property
+    def reading_filters(self) -> tuple[ReadingFilter, ...]:
+        """The effects that look at the whole course of what the sensor shows."""
+        return tuple(effect for effect in self.effects if isinstance(effect, ReadingFilter))
 
     def inertia(self, load: Scalar) -> Scalar:
         """J + m R_d^2 + what the elements add [kg m^2 or kg]."""

@@ -49,6 +49,20 @@ def _sensed(plant: Plant, q: Array, states: PlantState, drives: Drive) -> Float[
     return jax.vmap(one)(q, states, drives)
 
 
+def _passed(
+    plant: Plant, schedule: Schedule, state: PlantState, time: Array, course: Array
+) -> Float[Array, " interval"]:
+    """A course at these times [s], behind the effects that look at the whole of it."""
+    if not plant.reading_filters:
+        return course
+    first = plant.remembering(state.memory).sensed(state.q, state.hyst, schedule.first)
+    time = jnp.concatenate([schedule.time[:1], time])
+    course = jnp.concatenate([first[None], course])
+    for one in plant.reading_filters:
+        course = one(time, course)
+    return course[1:]
+
+
 def _behind_filters(plant: Plant, schedule: Schedule) -> tuple[Plant, Schedule]:
     """The plant without its temperature filters, and what they pass: they run once."""
     effects = tuple(one for one in plant.effects if not isinstance(one, TemperatureFilter))
@@ -75,8 +89,14 @@ def quasi_static_response(
     middle = jnp.where(lasts, ends.q - 0.5 * duration * ends.speed, ends.q)
     heat = schedule.temperature
     drives = Drive(0.5 * (heat[1:] + heat[:-1]), schedule.load, schedule.applied)
-    sensed = _sensed(plant, middle, ends, drives)
-    averaged = _sensed(plant, 0.25 * (begin + 2.0 * middle + ends.q), ends, drives)
+    mean, at = (
+        0.25 * (begin + 2.0 * middle + ends.q),
+        0.5 * (schedule.time[1:] + schedule.time[:-1]),
+    )
+    sensed, averaged = (
+        _passed(plant, schedule, state, at, _sensed(plant, course, ends, drives))
+        for course in (middle, mean)
+    )
     speed = jnp.where(lasts, (ends.q - begin) / jnp.where(lasts, duration, 1.0), 0.0)
     finite = solved & jnp.isfinite(averaged).all() & jnp.isfinite(sensed).all()
     return Response(sensed, averaged, ends.hyst, speed, finite)
@@ -95,6 +115,7 @@ def _inertial(plant: Plant, schedule: Schedule, state: PlantState) -> Response:
     ends = _after_each(states)
     drives = Drive(schedule.temperature[1:], schedule.load, schedule.applied)
     sensed = _sensed(plant, ends.q, ends, drives)
+    sensed = _passed(plant, schedule, state, schedule.time[1:], sensed)
     finite = solved & jnp.isfinite(sensed).all()
     return Response(sensed, sensed, ends.hyst, ends.speed, finite)
 

@@ -145,7 +145,7 @@ class Recording:
                 b.controller.setpoint or 0.0,
                 int(b.controller.stable),
                 int(self._meter.updated),
-                self._sensor.read(rotor.angle),
+                self._sensor.read(rotor.angle, at),
             )
         )
         hyst_a, hyst_b = (m.hyst if m is not None else 0.0 for m in bench.muscles)

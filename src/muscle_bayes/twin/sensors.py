@@ -71,12 +71,13 @@ class AngleSensor:
         self._count_noise = potentiometer.count_noise
         self._zero = zero_reading
         self._noise = normals(generator)
-        self._shown = [e.shown for e in effects if e.overrides("shown")]
+        self._views = [e.view() for e in effects if e.overrides("shown") or e.overrides("view")]
         self._distortions = [e.reading for e in effects if e.overrides("reading")]
 
-    def read(self, angle: float) -> int:
-        for show in self._shown:
-            angle = show(angle)
+    def read(self, angle: float, time: float = 0.0) -> int:
+        """Counts at an angle [rad], `time` [s] after the first row."""
+        for view in self._views:
+            angle = view(angle, time)
         counts = self._zero + angle * self._gain
         for distort in self._distortions:
             counts = distort(counts)

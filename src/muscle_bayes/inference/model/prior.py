@@ -57,8 +57,9 @@ def scales(runs: Sequence[Run], records: Sequence[Record]) -> Scales:
         force = inertia * speed**2 / span
         tension = force / max(levers)
     rest = float(np.mean([0.5 * (one.q.max() + one.q.min()) for one in courses]))
+    duration = max(float(np.ptp(run.table["time"])) for run in runs)
     signals = [float((run.table["applied"] ** 2).mean() ** 0.5) for run in runs]
-    return Scales(force, speed, tension, span, rest, _power(runs), max(signals) or 1.0)
+    return Scales(force, speed, tension, span, rest, duration, _power(runs), max(signals) or 1.0)
 
 
 def _power(runs: Sequence[Run]) -> float:

@@ -1,7 +1,8 @@
 """The catalogue of effects: one line each, one file each."""
 
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
-from muscle_bayes.physics.effect import Effect, TemperatureFilter
+from muscle_bayes.physics.effect import CourseFilter, Effect
+from muscle_bayes.physics.effects.backlash import Backlash
 from muscle_bayes.physics.effects.bias_torque import BiasTorque
 from muscle_bayes.physics.effects.clock_offset import ClockOffset
 from muscle_bayes.physics.effects.cogging import Cogging
@@ -23,12 +24,14 @@ from muscle_bayes.physics.effects.slack import Slack
 from muscle_bayes.physics.effects.stribeck_friction import StribeckFriction
 from muscle_bayes.physics.effects.thermal_lag import ThermalLag
 from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
+from muscle_bayes.physics.effects.zero_drift import ZeroDrift
 
-AnyEffect = Effect | TemperatureFilter
+AnyEffect = Effect | CourseFilter
 
 CATALOGUE: dict[str, AnyEffectType] = {
     effect.name: effect
     for effect in (
+        Backlash,
         BiasTorque,
         ClockOffset,
         Cogging,
@@ -48,6 +51,7 @@ CATALOGUE: dict[str, AnyEffectType] = {
         StribeckFriction,
         ThermalLag,
         ViscousFriction,
+        ZeroDrift,
     )
 }
 
@@ -81,6 +85,7 @@ __all__ = [
     "CATALOGUE",
     "AnyEffect",
     "AnyEffectType",
+    "Backlash",
     "BiasTorque",
     "ClockOffset",
     "Cogging",
@@ -100,5 +105,6 @@ __all__ = [
     "StribeckFriction",
     "ThermalLag",
     "ViscousFriction",
+    "ZeroDrift",
     "effect_type",
 ]

@@ -11,14 +11,14 @@ from pathlib import Path
 from types import ModuleType
 
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.physics.effect import Effect, TemperatureFilter
+from muscle_bayes.physics.effect import CourseFilter, Effect
 
 FILES = "MUSCLE_BAYES_EFFECTS"
 """Environment variable that names files with effects, separated as in PATH: processes inherit it."""
 GROUP = "muscle_bayes.effects"
 """Entry points of installed packages that are effects."""
 
-AnyEffectType = type[Effect] | type[TemperatureFilter]
+AnyEffectType = type[Effect] | type[CourseFilter]
 
 
 def own_effects() -> dict[str, AnyEffectType]:
@@ -38,7 +38,7 @@ def given(effect: AnyEffectType) -> str:
 
     Raises MuscleBayesError where it is no effect, or lacks what an effect has.
     """
-    whole = isinstance(effect, type) and issubclass(effect, (Effect, TemperatureFilter))
+    whole = isinstance(effect, type) and issubclass(effect, (CourseFilter, Effect))
     if not (whole and all(hasattr(effect, key) for key in ("name", "port", "parameters"))):
         raise MuscleBayesError(
             f"{effect!r} is no effect. Fix: give names of the catalogue, or subclasses of "
@@ -63,7 +63,7 @@ def _of_file(path: Path) -> dict[str, AnyEffectType]:
         one.name: one
         for one in vars(module).values()
         if isinstance(one, type)
-        and issubclass(one, (Effect, TemperatureFilter))
+        and issubclass(one, (CourseFilter, Effect))
         and one.__module__ == module.__name__
         and hasattr(one, "name")
     }

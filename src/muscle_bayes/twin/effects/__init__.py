@@ -23,15 +23,18 @@ from muscle_bayes.twin.effects.rotor import (
     ViscousFriction,
 )
 from muscle_bayes.twin.effects.sensing import (
+    Backlash,
     ClockOffset,
     PartialHeating,
     PotentiometerNonlinearity,
     ThermalLag,
+    ZeroDrift,
 )
 
 EFFECTS: dict[str, type[Effect]] = {
     kind.name: kind
     for kind in (
+        Backlash,
         BiasTorque,
         ClockOffset,
         Cogging,
@@ -51,6 +54,7 @@ EFFECTS: dict[str, type[Effect]] = {
         StribeckFriction,
         ThermalLag,
         ViscousFriction,
+        ZeroDrift,
     )
 }
 

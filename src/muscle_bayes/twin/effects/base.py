@@ -10,6 +10,8 @@ from typing import ClassVar, Protocol
 
 Follower = Callable[[float, float], float]
 """Heater's temperature at an interval's end [C] and its length [s] -> muscle's temperature [C]."""
+View = Callable[[float, float], float]
+"""Angle [rad] and time since the first row [s] -> angle that the potentiometer takes [rad]."""
 
 
 class Creep(Protocol):
@@ -80,6 +82,10 @@ class Effect:
     def shown(self, angle: float) -> float:
         """Angle that the potentiometer takes, rad."""
         return angle
+
+    def view(self) -> View:
+        """What a potentiometer with a history takes; of one without, `shown`."""
+        return lambda angle, time: self.shown(angle)
 
     def reading(self, counts: float) -> float:
         """Potentiometer reading before noise and rounding, counts."""

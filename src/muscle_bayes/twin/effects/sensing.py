@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from muscle_bayes.twin.effects.base import Effect, Follower
+from muscle_bayes.twin.effects.base import Effect, Follower, View
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +55,36 @@ class PotentiometerNonlinearity(Effect):
 
     def shown(self, angle: float) -> float:
         return (1.0 + self.gain) * angle + self.bend * angle * angle
+
+
+@dataclass(frozen=True, kw_only=True)
+class ZeroDrift(Effect):
+    """The potentiometer shows angle + rate t, t since the log's first row; rate in rad/s."""
+
+    name: ClassVar[str] = "zero-drift"
+    rate: float = 5e-5
+
+    def view(self) -> View:
+        return lambda angle, time: angle + self.rate * time
+
+
+@dataclass(frozen=True, kw_only=True)
+class Backlash(Effect):
+    """The potentiometer follows the rotor only where it leaves a gap of so many rad."""
+
+    name: ClassVar[str] = "backlash"
+    gap: float = 0.03
+
+    def view(self) -> View:
+        half, middle = 0.5 * self.gap, None
+
+        def view(angle: float, time: float) -> float:
+            nonlocal middle
+            middle = angle if middle is None else middle
+            middle = min(max(middle, angle - half), angle + half)
+            return middle
+
+        return view
 
 
 @dataclass(frozen=True, kw_only=True)
