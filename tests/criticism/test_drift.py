@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from known_cases import gaussian, sawtooth
 
-from muscle_bayes.criticism.creep import inflation
-from muscle_bayes.criticism.drift import cold_phases, drift
+from muscle_bayes.criticism.drift import cold_phases, drift, inflation
 
 
 def test_known_slopes_are_recovered():

@@ -81,22 +81,19 @@ def check(
             console.print(
                 f"{one.run}: left out {one.unsolved} of {count} draws, in which it cannot be solved"
             )
-    write_json(json, _as_dict(fitted.converged, fitted.complaints, checks, drifts, seed))
+    found: dict[str, Any] = {
+        "runs": {name: one.as_dict() for name, one in checks.items()},
+        "drift": {name: one.as_dict() for name, one in drifts.items()},
+        "converged": fitted.converged,
+        "complaints": fitted.complaints,
+        "seed": seed,
+    }
+    write_json(json, found)
     print_place("figures", out)
     if not fitted.converged:
         warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)
         console.print(warning, style="bold red", markup=False, highlight=False)
         raise typer.Exit(EXIT_FAILED)
-
-
-def _as_dict(converged: bool, complaints: tuple[str, ...], checks, drifts, seed) -> dict[str, Any]:
-    return {
-        "runs": {name: one.as_dict() for name, one in checks.items()},
-        "drift": {name: one.as_dict() for name, one in drifts.items()},
-        "converged": converged,
-        "complaints": list(complaints),
-        "seed": seed,
-    }
 
 
 def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "Drift"]) -> None:

@@ -29,7 +29,7 @@ def inspect(
     runs: RunsArgument,
     json: JsonOption = None,
     figure: Annotated[
-        Path | None, option("FILE", "Figure of the one run, PNG.", callback=writable_file)
+        Path | None, option("FIGURE.png", "Figure of the one run.", callback=writable_file)
     ] = None,
     out: Annotated[
         Path | None,
@@ -68,11 +68,7 @@ def inspect(
 
 
 def _check_figure(figure: Path | None, out: Path | None, runs: int) -> None:
-    if figure is None:
-        return
-    if figure.suffix != ".png":
-        raise MuscleBayesError(f"--figure {figure}: figures are PNG. Fix: end the name in .png.")
-    if out is not None or runs > 1:
+    if figure is not None and (out is not None or runs > 1):
         why = f"{runs} runs need a figure each" if runs > 1 else "given together with --out"
         raise MuscleBayesError(f"--figure {figure}: {why}. Fix: give --out DIR alone.")
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import kstest
 
 from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
@@ -133,13 +134,6 @@ def pit(prediction: Prediction) -> Values:
     return (below + share * (equal + 1.0)) / (draws.shape[0] + 1.0)
 
 
-def distance_from_uniform(values: Values) -> float:
-    """Kolmogorov's distance of values in [0, 1] from the uniform distribution."""
-    ordered, count = np.sort(values), values.size
-    steps = np.arange(count + 1) / count
-    return float(max(np.max(steps[1:] - ordered), np.max(ordered - steps[:-1])))
-
-
 def windows(prediction: Prediction, count: int = WINDOWS) -> tuple[Window, ...]:
     """The checks in `count` equal spans of time."""
     time, residual = prediction.time, _residual(prediction)
@@ -191,6 +185,6 @@ def check_run(prediction: Prediction) -> RunCheck:
         coverage50=coverage(prediction, 0.5),
         coverage90=coverage(prediction, 0.9),
         pit=ranks,
-        pit_distance=distance_from_uniform(ranks),
+        pit_distance=float(kstest(ranks, "uniform").statistic),
         windows=windows(prediction),
     )

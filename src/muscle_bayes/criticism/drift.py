@@ -6,15 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
-from muscle_bayes.criticism.creep import (
-    Creep,
-    Estimate,
-    creep,
-    inflation,
-    shift_weights,
-    slope_weights,
-)
 from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
 
@@ -28,8 +21,36 @@ SHORTEST = 30.0
 """Shortest cold phase, s."""
 FEWEST = 6
 """Fewest readings of a cold phase: a slope and the correlation of its residuals take some."""
+END_SHARE = 0.15
+"""Share of a phase's readings averaged at either end for the shift; at least two."""
 
 Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with the 5 and 95 % quantiles of what it may be."""
+
+    mean: float
+    q05: float
+    q95: float
+
+    @classmethod
+    def of(cls, draws: Values) -> "Estimate":
+        low, high = np.quantile(draws, [0.05, 0.95])
+        return cls(float(draws.mean()), float(low), float(high))
+
+
+@dataclass(frozen=True)
+class Creep:
+    """One measure of a phase's creep, measured and predicted."""
+
+    measured: float
+    standard_error: float
+    predicted: Estimate
+    """what the model gives: uncertainty of the parameters only"""
+    difference: Estimate
+    """measured - predicted, uncertainty of both"""
 
 
 @dataclass(frozen=True)
@@ -93,8 +114,7 @@ class Drift:
 
 def _smoothed(temperature: Values) -> Values:
     """Median of three: one stray reading neither ends a phase nor counts as heat."""
-    padded = np.pad(temperature, 1, mode="edge")
-    return np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0)
+    return median_filter(temperature, 3, mode="nearest")
 
 
 def cold_phases(prediction: Prediction) -> list[slice]:
@@ -115,6 +135,41 @@ def cold_phases(prediction: Prediction) -> list[slice]:
     ]
 
 
+def inflation(residual: Values) -> float:
+    """Factor by which autocorrelation of lag one, r, widens errors: sqrt((1 + r)/(1 - r)) >= 1."""
+    power = float(residual @ residual)
+    if power == 0.0:
+        return 1.0
+    r = min(max(float(residual[1:] @ residual[:-1]) / power, 0.0), 0.9)
+    return float(np.sqrt((1.0 + r) / (1.0 - r)))
+
+
+def _slope_weights(time: Values) -> Values:
+    """w with w . y the least-squares slope of y over time, per minute."""
+    centred = (time - time.mean()) / 60.0
+    return centred / float(centred @ centred)
+
+
+def _shift_weights(time: Values) -> Values:
+    """w with w . y the mean of the last readings minus the mean of the first."""
+    ends = max(2, round(END_SHARE * time.size))
+    weights = np.zeros(time.size)
+    weights[:ends], weights[-ends:] = -1.0 / ends, 1.0 / ends
+    return weights
+
+
+def _creep(weights: Values, observed: Values, model: Values, noise: float, wobble: Values):
+    """One linear measure of the readings; `noise` is the effective error of a single reading.
+
+    Also returns the draws of its difference, which phases share and must be averaged draw by draw.
+    """
+    measured = float(weights @ observed)
+    error = noise * float(np.linalg.norm(weights))
+    predicted = model @ weights
+    difference = measured - predicted + error * wobble
+    return Creep(measured, error, Estimate.of(predicted), Estimate.of(difference)), difference
+
+
 def _phase(prediction: Prediction, own: slice, wobble: Values) -> tuple[ColdPhase, Values]:
     factor = judged_unit(prediction)[1]
     time = prediction.time[own]
@@ -123,8 +178,8 @@ def _phase(prediction: Prediction, own: slice, wobble: Values) -> tuple[ColdPhas
     misfit = observed - model.mean(axis=0)
     residual = misfit - np.polynomial.Polynomial.fit(time, misfit, 1)(time)
     noise = float(np.sqrt(residual @ residual / (time.size - 2))) * inflation(residual)
-    slope, difference = creep(slope_weights(time), observed, model, noise, wobble)
-    shift, _ = creep(shift_weights(time), observed, model, noise, wobble)
+    slope, difference = _creep(_slope_weights(time), observed, model, noise, wobble)
+    shift, _ = _creep(_shift_weights(time), observed, model, noise, wobble)
     phase = ColdPhase(
         start=float(time[0]),
         end=float(time[-1]),
