@@ -7,6 +7,7 @@ precision.
 import os
 from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from muscle_bayes.control.closed_loop import Clock, simulate, start_of
 from muscle_bayes.control.judging.metrics import Metrics, metrics
 from muscle_bayes.control.laws.law import Law
 from muscle_bayes.control.plant.draws import JointDraws
+from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.control.plant.rotor import Motion
 from muscle_bayes.control.scenarios.scenario import Course, Scenario
 
@@ -36,18 +38,13 @@ class Outcome(NamedTuple):
     """(draw, sample, 2) [C]"""
 
 
+@dataclass(frozen=True)
 class Shape:
     """What of JointDraws a compiled program depends on, apart from its values."""
 
-    def __init__(self, draws: JointDraws) -> None:
-        self.joint, self.design = draws.joint, draws.design
-        self._key = (draws.design.model_dump_json(), draws.friction, draws.effects)
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Shape) and self._key == other._key
+    key: tuple[str, str, tuple[str, ...]]
+    """The design as JSON, friction and effects."""
+    joint: Callable[..., Joint] = field(compare=False)
 
 
 def _single(tree: Any) -> Any:
@@ -93,7 +90,8 @@ class Bank:
 
     def __init__(self, draws: JointDraws, clock: Clock | None = None, seed: int = 0) -> None:
         self.draws, self.clock, self.seed = draws, clock or Clock(), seed
-        self.shape = Shape(draws)
+        key = (draws.design.model_dump_json(), draws.friction, draws.effects)
+        self.shape = Shape(key, draws.joint)
         self.values = _single({key: np.asarray(value) for key, value in draws.values.items()})
         self._starts: dict[tuple[float, float], Motion] = {}
 
@@ -102,11 +100,8 @@ class Bank:
 
     def seeds(self) -> np.ndarray:
         """A seed for every draw; the same whatever the law, so that laws compare."""
-        return (
-            np.random.default_rng(self.seed)
-            .integers(2**31, size=len(self), dtype=np.int64)
-            .astype(np.uint32)
-        )
+        generator = np.random.default_rng(self.seed)
+        return generator.integers(2**31, size=len(self)).astype(np.uint32)
 
     def starts(self, course: Course) -> Motion:
         """The state of every draw's joint as the course begins."""

@@ -1,18 +1,19 @@
 """Laws side by side on joints that were not tuned on: metrics, probabilities and a recommendation."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from html import escape
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import pandas as pd
 from jaxtyping import Bool, Float
 
 from muscle_bayes.control.batch import Bank, Outcome, run
 from muscle_bayes.control.judging.specification import Specification, cvar
 from muscle_bayes.control.laws.gains import Gains, fits_the_board, law_of
 from muscle_bayes.control.scenarios.scenario import Scenario
+from muscle_bayes.json_file import plain
+from muscle_bayes.markup import html_table
 from muscle_bayes.progress import Report, silent
 
 UNITS: Final = {
@@ -152,15 +153,6 @@ class Judgement:
             rows[name] = {key: float(one) for key, one in row.items()} | {"unit": UNITS[name]}
         return rows
 
-    def probabilities(self) -> pd.DataFrame:
-        """Probability of keeping each scenario's limits, and of keeping all: a column a law."""
-        names = [one.name for one in self.scenarios]
-        columns = {
-            law: [*(self.probability(law, name)[0] for name in names), self.probability(law)[0]]
-            for law in self.gains
-        }
-        return pd.DataFrame(columns, index=[*names, "all"])
-
     def as_dict(self) -> dict[str, Any]:
         """For JSON; infinite times become null."""
         laws = {
@@ -183,31 +175,25 @@ class Judgement:
             }
             for law, gains in self.gains.items()
         }
-        specs = {
-            name: {
-                "limits": dict(s.limits),
-                "feasible": dict(s.feasible),
-                "infeasible": s.infeasible,
-                "attainable": s.attainable,
+        return plain(
+            {
+                "recommended": self.recommended,
+                "sentence": self.sentence(),
+                "draws": self.draws,
+                "notes": self.notes,
+                "specifications": {name: asdict(one) for name, one in self.specs.items()},
+                "laws": laws,
             }
-            for name, s in self.specs.items()
-        }
-        told = {"recommended": self.recommended, "sentence": self.sentence(), "draws": self.draws}
-        return _finite({**told, "notes": list(self.notes), "specifications": specs, "laws": laws})
+        )
 
     def _repr_html_(self) -> str:
         notes = "".join(f"<br>{escape(note)}" for note in self.notes)
-        table = self.probabilities().round(3)._repr_html_()  # type: ignore[operator]
+        rows = [
+            (name or "all", *(f"{self.probability(law, name)[0]:.3f}" for law in self.gains))
+            for name in (*(one.name for one in self.scenarios), None)
+        ]
+        table = html_table(("scenario", *self.gains), rows)
         return f"<p><b>Laws on {self.draws} new joints</b>: {escape(self.sentence())}{notes}</p>{table}"
-
-
-def _finite(value: Any) -> Any:
-    """The value with what JSON has no number for as None."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
 
 
 def judge(
@@ -254,12 +240,8 @@ def trade_off(
     bank: Bank, gains: Gains, scenarios: Sequence[Scenario], limit: float, factors: Sequence[float]
 ) -> TradeOff:
     """Speed in the first scenario, and probability of more than `limit` [C] in any, against gains."""
-    scaled = {
-        f: gains.model_copy(
-            update={key: f * getattr(gains, key) for key in ("proportional", "integral")}
-        )
-        for f in factors
-    }
+    own = {"proportional": gains.proportional, "integral": gains.integral}
+    scaled = {f: gains.model_copy(update={k: f * x for k, x in own.items()}) for f in factors}
     several = {f: one for f, one in scaled.items() if fits_the_board(one, bank.draws.design)}
     law = law_of(list(several.values()), bank.draws.design)
     found = [run(bank, law, one).metrics for one in scenarios]

@@ -1,6 +1,5 @@
 """Draws of whole joints: two muscles that have not been built yet, their heaters, room and supply."""
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
@@ -27,7 +26,7 @@ from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Drive
 
 HEATER: Final = ("gain", "cooling", "lag")
 """Names of a heater's numbers among a joint's values, as `heater.NAME`."""
@@ -100,30 +99,21 @@ class JointDraws:
         """The joint of one draw; may be traced."""
         friction = FRICTION_LAWS[self.friction](values["D"])
         plant = with_parameters(self.design.plant(), values["J"], friction, None)
-        plant = dataclasses.replace(
-            plant, **{name: _side(plant, values, place) for place, name in enumerate(_SIDES)}
-        )
+        for place, name in enumerate(("side_a", "side_b")):
+            muscle = MuscleParameters(**{key: values[key][place] for key in MUSCLE_PARAMETERS})
+            side = replace(plant.muscles[place], parameters=muscle, room_temperature=values["room"])
+            plant = replace(plant, **{name: side})
         for name in self.effects:
             chosen = {key: values[f"{name}.{key}"] for key in effect_type(name).parameters}
             plant = plant + effect_type(name)(**chosen)
         tube = {key: values[f"heater.{key}"] for key in HEATER}
         sensor, meter = self.design.sensors()
-        meter = dataclasses.replace(meter, lag=values["meter_lag"])
+        meter = replace(meter, lag=values["meter_lag"])
         return Joint(plant, Heater(**tube, room=values["room"]), sensor, meter)
 
     def one(self, index: int = 0) -> Joint:
         """The joint of draw number `index`."""
         return self.joint({key: jnp.asarray(value[index]) for key, value in self.values.items()})
-
-
-_SIDES: Final = ("side_a", "side_b")
-
-
-def _side(plant: Plant, values: Mapping[str, Array], place: int) -> Any:
-    muscle = MuscleParameters(**{key: values[key][place] for key in MUSCLE_PARAMETERS})
-    return dataclasses.replace(
-        plant.muscles[place], parameters=muscle, room_temperature=values["room"]
-    )
 
 
 def joint_draws(

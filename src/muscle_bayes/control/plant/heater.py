@@ -1,5 +1,6 @@
 """Heater tubes: power that follows the duty late, Newton cooling."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -34,31 +35,25 @@ class Heater(eqx.Module):
     lag: Both
     room: Scalar
 
-    def step(self, duration: Scalar | float) -> "HeaterStep":
-        """The exact solution over `duration` [s] of constant duty; the lag must not be 1 / cooling."""
+    def step(self, duration: Scalar | float) -> Callable[[HeaterState, Both], HeaterState]:
+        """The exact solution over `duration` [s] of constant duty; the lag must not be 1 / cooling.
+
+        A function of both tubes' state and of the duty (0 to 255) that gives the state after the step.
+        """
         cools = jnp.exp(-self.cooling * duration)
         positive = self.lag > 0.0
         lags = jnp.where(positive, jnp.exp(-duration / jnp.where(positive, self.lag, 1.0)), 0.0)
         heats = self.gain * (1.0 - cools) / self.cooling
         late = self.gain * self.lag * (cools - lags) / (1.0 - self.cooling * self.lag)
-        return HeaterStep(lags, cools, heats, late)
+
+        def after(state: HeaterState, duty: Both) -> HeaterState:
+            aim = duty / FULL_DUTY
+            behind = state.power - aim
+            excess = cools * state.excess + heats * aim + late * behind
+            return HeaterState(aim + lags * behind, excess)
+
+        return after
 
     def holding_duty(self, excess: Scalar, side: int) -> Scalar:
         """Duty that holds side 0 (A) or 1 (B) `excess` [K] above the room."""
         return FULL_DUTY * self.cooling[side] * excess / self.gain[side]
-
-
-class HeaterStep(NamedTuple):
-    """Coefficients of the exact step; see `Heater.step`."""
-
-    lags: Both
-    cools: Both
-    heats: Both
-    late: Both
-
-    def __call__(self, state: HeaterState, duty: Both) -> HeaterState:
-        """Both tubes after the step at `duty` (0 to 255)."""
-        aim = duty / FULL_DUTY
-        behind = state.power - aim
-        excess = self.cools * state.excess + self.heats * aim + self.late * behind
-        return HeaterState(aim + self.lags * behind, excess)

@@ -138,17 +138,15 @@ class _Linear:
         return self.y - self.matrix(cooling, lag) @ (self.mean + self.sd * best)
 
 
-def _log_prior(name: str, logarithm: float) -> float:
-    median, spread = PRIOR[name]
-    return -0.5 * ((logarithm - np.log(median)) / spread) ** 2
-
-
 def _log_density(linear: _Linear, noise: float, log_cooling: float, log_lag: float) -> float:
     """Log posterior density of both logarithms, up to a constant."""
     cooling, lag = np.exp(log_cooling), np.exp(log_lag)
     if cooling * lag > LARGEST_PRODUCT:
         return -np.inf
-    prior = _log_prior("cooling", log_cooling) + _log_prior("lag", log_lag)
+    prior = 0.0
+    for name, logarithm in (("cooling", log_cooling), ("lag", log_lag)):
+        median, spread = PRIOR[name]
+        prior -= 0.5 * ((logarithm - np.log(median)) / spread) ** 2
     return float(linear.posterior(cooling, lag, noise)[2] + prior)
 
 
