@@ -1,6 +1,6 @@
 """The report's first page: what the study found, in numbers with units."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +10,7 @@ from muscle_bayes.markup import unit_of
 from muscle_bayes.report.tables import Table, table
 from muscle_bayes.report.words import agrees, converged, interval, number, percent
 from muscle_bayes.study.published import values_of
-from muscle_bayes.study.results import Numbers, Results
+from muscle_bayes.study.results import Results
 
 Values = Mapping[str, NDArray[np.float64]]
 LITTLE: Final = 0.5
@@ -45,7 +45,7 @@ def answers(results: Results) -> dict[str, Any]:
         "unknown": _unknown(results),
         "missing": _missing(results),
         "drift": _drift(results),
-        "control": _control(results),
+        "control": results.stages.get("control", {}).get("answers", []),
     }
 
 
@@ -103,7 +103,7 @@ def _unknown(results: Results) -> list[str]:
     """What the runs do not identify."""
     told = []
     for part in ("fixture", "muscle"):
-        checks = results.get(f"{part}-checks")
+        checks = results.stages.get(f"{part}-checks")
         if checks is None:
             continue
         known = checks["identifiability"]
@@ -160,12 +160,3 @@ def _drift(results: Results) -> list[str]:
             )
         told.append(sentence)
     return told
-
-
-def _control(results: Results) -> Sequence[str]:
-    """Which gains, with which probability they do, and where they fail."""
-    found: Numbers | None = results.get("control")
-    if found is None:
-        return []
-    answers: Sequence[str] = found["answers"]
-    return answers

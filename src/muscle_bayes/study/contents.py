@@ -116,7 +116,7 @@ def _undetermined(found: Numbers, given: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _fixture(results: Results) -> dict[str, Any] | None:
-    found = results.get("fixture-checks")
+    found = results.stages.get("fixture-checks")
     if found is None:
         return None
     laws = {law: _fit(results, f"fixture-{law}", (law,)) for law in ("coulomb", "linear")}
@@ -130,7 +130,7 @@ def _fixture(results: Results) -> dict[str, Any] | None:
 
 
 def _muscle(results: Results) -> dict[str, Any] | None:
-    found = results.get("muscle-checks")
+    found = results.stages.get("muscle-checks")
     if found is None:
         return None
     fit = _fit(results, "muscle", (results.plan.config.friction, "muscle"))
@@ -173,7 +173,7 @@ def _discovery(results: Results) -> dict[str, Any]:
 
 
 def _control(results: Results) -> dict[str, Any] | None:
-    found = results.get("control")
+    found = results.stages.get("control")
     if found is None:
         return None
     return {

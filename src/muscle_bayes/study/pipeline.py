@@ -47,10 +47,9 @@ def run_stages(
     stages: Sequence[Stage],
     watcher: Watcher,
     *,
-    processes: int = PROCESSES,
     process_of: Callable[[Stage, Path], list[str]] = command,
 ) -> None:
-    """Make what does not stand, as many stages at once as `processes`.
+    """Make what does not stand, as many stages at once as PROCESSES.
 
     What a stage made is recorded as soon as it is done, so an interrupted study goes on where it
     stopped. Raises MuscleBayesError with a stage's own message where it fails.
@@ -61,7 +60,7 @@ def run_stages(
         "dep_file": str(plan.out / "results" / "records.json"),
         "backend": "whole",
         "reporter": reporter,
-        "num_process": processes,
+        "num_process": PROCESSES,
         "par_type": "thread",
         "verbosity": 0,
     }

@@ -23,6 +23,7 @@ class Results:
 
     plan: Plan
     stages: Mapping[str, Numbers]
+    """Without those that were left out."""
     posteriors: Mapping[str, Posterior]
 
     @classmethod
@@ -35,10 +36,6 @@ class Results:
         fits += ["revised"] if stages["revised"]["fit"] == "revised" else []
         posteriors = {name: Posterior.load(plan.posterior(name)) for name in fits}
         return cls(plan, stages, posteriors)
-
-    def get(self, stage: str) -> Numbers | None:
-        """The numbers of a stage; None where it was left out."""
-        return self.stages.get(stage)
 
     @cached_property
     def summaries(self) -> dict[str, Numbers]:
@@ -64,8 +61,8 @@ class Results:
         return self._merged("drift")
 
     def _merged(self, key: str) -> Numbers:
-        parts = [self.get("fixture-checks"), self.get("muscle-checks")]
-        return {name: one for part in parts if part for name, one in part[key].items()}
+        parts = [self.stages.get(f"{part}-checks", {}) for part in ("fixture", "muscle")]
+        return {name: one for part in parts for name, one in part.get(key, {}).items()}
 
     @property
     def figures(self) -> Numbers:
@@ -121,5 +118,5 @@ class Results:
         }
 
     def _without_figures(self, stage: str) -> Numbers | None:
-        found = self.get(stage)
+        found = self.stages.get(stage)
         return None if found is None else {k: v for k, v in found.items() if k != "figures"}
