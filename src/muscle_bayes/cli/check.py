@@ -14,7 +14,6 @@ from muscle_bayes.cli.common import (
     RunsArgument,
     SeedOption,
     compute_on,
-    print_place,
     write_json,
 )
 
@@ -89,7 +88,7 @@ def check(
         "seed": seed,
     }
     write_json(json, found)
-    print_place("figures", out)
+    typer.echo(f"figures: {out}")
     if not fitted.converged:
         warning = "POSTERIOR NOT CONVERGED: " + "; ".join(fitted.complaints)
         console.print(warning, style="bold red", markup=False, highlight=False)

@@ -106,11 +106,6 @@ def write_json(path: Path | None, content: Any) -> None:
         json_file.write_json(path, content)
 
 
-def print_place(what: str, place: Path) -> None:
-    """Say where a result lies; long paths stay in one piece."""
-    typer.echo(f"{what}: {place}")
-
-
 @contextmanager
 def user_errors() -> Iterator[None]:
     """End the command with one message: code 2 for wrong input, 130 when interrupted."""

@@ -10,7 +10,6 @@ from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
     compute_on,
-    print_place,
     write_json,
 )
 
@@ -54,7 +53,7 @@ def demo(
         f"{PREDICTED} was not fitted. It is predicted to {check.rmse:.2g} {check.unit} RMS, and "
         f"{check.coverage90:.0%} of its readings lie in the central 90 %."
     )
-    print_place("posterior and figures", out)
+    typer.echo(f"posterior and figures: {out}")
     typer.echo("next: muscle-bayes init YOURLOG.csv, or muscle-bayes study --preset quick")
     parameters = posterior.summary().to_dict("index")
     write_json(

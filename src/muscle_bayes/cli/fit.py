@@ -14,7 +14,6 @@ from muscle_bayes.cli.common import (
     SeedOption,
     compute_on,
     option,
-    print_place,
     writable_file,
     write_json,
 )
@@ -96,7 +95,7 @@ def fit(
     posterior.save(out)
     summary = summarise(posterior)
     print_summary(summary)
-    print_place("posterior", out)
+    typer.echo(f"posterior: {out}")
     write_json(json, summary)
     if not (posterior.converged and summary["explained"]):
         raise typer.Exit(EXIT_FAILED)

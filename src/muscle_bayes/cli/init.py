@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from muscle_bayes.cli.common import (
-    EXIT_USER_ERROR,
     JsonOption,
     option,
     print_error,
@@ -107,23 +106,19 @@ def init(
     parse_metadata(text.encode(), target)
     write_whole(target, text.encode())
     typer.echo(f"{target}:\n\n{text}")
-    error: MuscleBayesError | None = None
     try:
         run = run_from_bytes(content, text.encode(), log, target)
-        typer.echo(repr(run))
-        for repair in run.repairs:
-            typer.echo(f"repaired: {repair}")
-        facts |= {"rows": len(run.table), "repairs": [str(repair) for repair in run.repairs]}
-    except MuscleBayesError as found:
-        error = found
+    except MuscleBayesError as error:
         typer.echo(
             f"the run cannot be read yet. Fix: edit {target}, or `init` again with --overwrite"
         )
-        facts |= {"error": str(found)}
-    write_json(json, facts)
-    if error is not None:
-        print_error(error)
-        raise typer.Exit(EXIT_USER_ERROR)
+        write_json(json, facts | {"error": str(error)})
+        raise
+    typer.echo(repr(run))
+    for repair in run.repairs:
+        typer.echo(f"repaired: {repair}")
+    told = {"rows": len(run.table), "repairs": [str(repair) for repair in run.repairs]}
+    write_json(json, facts | told)
 
 
 def _complete(answers: "Answers", guess: Any, ask: bool) -> None:

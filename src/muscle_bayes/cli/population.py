@@ -9,7 +9,6 @@ from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
     option,
-    print_place,
     writable_file,
     write_json,
 )
@@ -62,6 +61,6 @@ def population(
     for name, one in posteriors.items():
         if not one.converged:
             typer.echo(f"{name} HAS NOT CONVERGED: {'; '.join(one.complaints)}", err=True)
-    print_place("population", out)
+    typer.echo(f"population: {out}")
     table = found.summary().to_dict(orient="index")
     write_json(json, {"specimens": list(posteriors), "population": table, "seed": seed})

@@ -9,7 +9,6 @@ from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
     option,
-    print_place,
     writable_folder,
     write_json,
 )
@@ -78,5 +77,5 @@ def robustness(
         result = judge(bank, laws, scenarios, specs, notes=notes, report=progress)
     write_control_report(result, bank, out, command="muscle-bayes robustness")
     show(Console(), result, {})
-    print_place("report", out / "report.md")
+    typer.echo(f"report: {out / 'report.md'}")
     write_json(json, result.as_dict() | {"seed": seed})

@@ -9,7 +9,6 @@ from muscle_bayes.cli.common import (
     FittedArgument,
     FolderOption,
     JsonOption,
-    print_place,
     write_json,
 )
 
@@ -42,7 +41,7 @@ def show(
     typer.echo(known.text())
     save(posterior_figure(fitted, label=posterior.stem), out / f"{posterior.stem}.png")
     save(pairs_figure(fitted), out / f"{posterior.stem}-pairs.png")
-    print_place("figures", out)
+    typer.echo(f"figures: {out}")
     write_json(json, {**summary, "identifiability": known.as_dict()})
     if not fitted.converged:
         raise typer.Exit(EXIT_FAILED)

@@ -10,7 +10,6 @@ from muscle_bayes.cli.common import (
     JsonOption,
     SeedOption,
     option,
-    print_place,
     writable_file,
     writable_folder,
     write_json,
@@ -104,9 +103,9 @@ def tune(
         write_whole(header, gains_header(result.gains[chosen], joints.design, head).encode())
     if report is not None:
         write_control_report(result, found.bank, report, edges=found.edges)
-        print_place("report", report / "report.md")
+        typer.echo(f"report: {report / 'report.md'}")
     show(Console(), result, found.edges)
-    print_place("gains", out)
+    typer.echo(f"gains: {out}")
     write_json(json, result.as_dict() | {"edges": found.edges, "seed": seed})
 
 
