@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
-from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
 
 WINDOWS = 10
@@ -90,6 +89,16 @@ class RunCheck:
             if w.readings
         )
         return f"<p>{escape(repr(self))}</p><table><tr>{header}</tr>{rows}</table>"
+
+
+def judged_unit(prediction: Prediction) -> tuple[str, float]:
+    """The unit in which a person judges a rotor's coordinate.
+
+    Its name, deg or mm, and how many of it one unit of reading is, with sign.
+    """
+    if prediction.unit in ("m", "mm"):
+        return "mm", prediction.scale * 1e3
+    return "deg", prediction.scale * 180.0 / np.pi
 
 
 def _residual(prediction: Prediction) -> Values:

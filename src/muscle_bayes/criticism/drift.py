@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from muscle_bayes.criticism.units import judged_unit
+from muscle_bayes.criticism.coverage import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
 
 COLD_BAND = 3.0

@@ -21,17 +21,8 @@ from muscle_bayes.report.style import (
     quiet_style,
     save,
 )
-from muscle_bayes.report.words import SIGNAL_WORDS
+from muscle_bayes.report.words import SIGNALS
 
-UNITS = {
-    "q": "rad or m",
-    "speed": "rad/s or m/s",
-    "load": "kg",
-    "strain": "1",
-    "hyst": "1",
-    "temperature": "C",
-}
-"""Of what a function may depend on."""
 LEAST_SHOWN = 0.001
 """Least probability that gets a bar."""
 
@@ -138,12 +129,10 @@ def unknown_figure(step: Step, curve: Curve, origins: Mapping[str, str]) -> Figu
             curve.signal, curve.low, curve.high, color=BLUE, alpha=0.25, linewidth=0, label="90 %"
         )
         axis.plot(curve.signal, curve.median, color=BLUE, label="median")
-        (signal,) = step.signals
+        ((signal, own),) = (SIGNALS[name] for name in step.signals)
         what = "logarithm of the damper" if step.port == "damper" else step.port
         unit = "" if curve.unit == "1" else f" [{curve.unit}]"
-        axis.set(
-            xlabel=f"{SIGNAL_WORDS[signal]} [{UNITS[signal]}]", ylabel=f"change of the {what}{unit}"
-        )
+        axis.set(xlabel=f"{signal} [{own}]", ylabel=f"change of the {what}{unit}")
         axis.margins(x=0.01)
         axis.legend(fontsize=7)
         axis.set_title(f"Unknown effect on the {step.port}")

@@ -1,7 +1,7 @@
 """Posterior of pairs of parameters, with prior and published values."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +11,7 @@ from scipy.stats import gaussian_kde
 
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.style import BLUE, GREY, VERMILLION, WIDTH, quiet_style
+from muscle_bayes.report.style import BLUE, GREY, MARK, WIDTH, quiet_style
 
 Values = NDArray[np.float64]
 DRAWS: Final = 800
@@ -37,11 +37,8 @@ def pairs_figure(posterior: Posterior, published: Mapping[str, float] | None = N
     draws = {name: _thinned(group[name].to_numpy()) / 10.0 ** powers[name] for name in names}
     before = posterior.tree["prior"]
     prior = {name: before[name].to_numpy().ravel() / 10.0 ** powers[name] for name in names}
-    known = {
-        name: (published or {})[name] / 10.0 ** powers[name]
-        for name in published or {}
-        if name in names
-    }
+    shown = {name: value for name, value in (published or {}).items() if name in names}
+    known = {name: value / 10.0 ** powers[name] for name, value in shown.items()}
     labels = {name: _label(name, posterior.units[name], powers[name]) for name in names}
     size = len(names)
     with quiet_style():
@@ -73,7 +70,7 @@ def _limits(values: Values) -> tuple[float, float]:
     return float(low - reach), float(high + reach)
 
 
-def _within(value: float | None, limits: tuple[float, float]) -> bool:
+def _within(value: float | None, limits: tuple[float, float]) -> TypeGuard[float]:
     return value is not None and limits[0] <= value <= limits[1]
 
 
@@ -87,7 +84,7 @@ def _alone(axis: Axes, values: Values, prior: Values, mark: float | None) -> Non
         axis.fill_between(at, np.minimum(told, 1.1 * density.max()), color="#D5D5D5", linewidth=0)
     axis.plot(at, density, color=BLUE, linewidth=1.0)
     if _within(mark, limits):
-        axis.axvline(mark, color=VERMILLION, linestyle=(0, (4, 2)), linewidth=1.0)  # type: ignore[arg-type]
+        axis.axvline(mark, linewidth=1.0, **MARK)
     axis.set_xlim(*limits)
     axis.set_ylim(bottom=0.0)
     axis.set_yticks([])
@@ -109,11 +106,10 @@ def _pair(
     density, levels = _density(pair, at)
     axis.contourf(*at, density, levels=[*levels, np.inf], colors=["#C7DFEE", "#5B9EC9"])
     axis.contour(*at, density, levels=levels, colors=[BLUE], linewidths=0.7)
-    style = {"color": VERMILLION, "linestyle": (0, (4, 2)), "linewidth": 0.8}
     if _within(marks[0], limits[0]):
-        axis.axvline(marks[0], **style)  # type: ignore[arg-type]
+        axis.axvline(marks[0], linewidth=0.8, **MARK)
     if _within(marks[1], limits[1]):
-        axis.axhline(marks[1], **style)  # type: ignore[arg-type]
+        axis.axhline(marks[1], linewidth=0.8, **MARK)
     axis.set_xlim(*limits[0])
     axis.set_ylim(*limits[1])
 

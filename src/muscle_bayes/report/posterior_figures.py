@@ -1,7 +1,6 @@
 """What a posterior says of each parameter, beside its prior, a published value or another model."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +11,7 @@ from scipy.stats import gaussian_kde
 from muscle_bayes.inference.posteriors.identifiability import Identifiability
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.markup import unit_of
-from muscle_bayes.report.style import BLACK, BLUE, GREY, VERMILLION, WIDTH, mark_origin, quiet_style
+from muscle_bayes.report.style import BLACK, BLUE, GREY, MARK, WIDTH, mark_origin, quiet_style
 
 _REACH = 1.0
 """How far axes reach beyond the posterior's 98 % range, in its widths."""
@@ -111,16 +110,11 @@ def _marginal(
     )
     if published is not None:
         if low <= published <= high:
-            style: Any = {"color": VERMILLION, "linestyle": (0, (4, 2)), "linewidth": 1.3}
-            axis.axvline(published, label="published value", **style)
+            axis.axvline(published, label="published value", linewidth=1.3, **MARK)
         else:
-            side = "right" if published > high else "left"
-            text = (
-                f"published {published:.4g} →"
-                if side == "right"
-                else f"← published {published:.4g}"
-            )
-            place = 0.98 if side == "right" else 0.02
+            text, place, side = f"← published {published:.4g}", 0.02, "left"
+            if published > high:
+                text, place, side = f"published {published:.4g} →", 0.98, "right"
             axis.text(place, 0.9, text, ha=side, fontsize=7, color=BLACK, transform=axis.transAxes)
     axis.set_xlim(low, high)
     axis.set_ylim(bottom=0.0)
@@ -214,4 +208,4 @@ def _dress(axis: Axes, name: str, posteriors: Mapping[str, Posterior], mark: flo
     axis.grid(visible=False, axis="y")
     low, high = axis.get_xlim()
     if mark is not None and low - (high - low) < mark < high + (high - low):
-        axis.axvline(mark, color=VERMILLION, linestyle=(0, (4, 2)), linewidth=1.2)
+        axis.axvline(mark, linewidth=1.2, **MARK)

@@ -7,9 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from muscle_bayes.criticism.coverage import RunCheck
+from muscle_bayes.criticism.coverage import RunCheck, judged_unit
 from muscle_bayes.criticism.drift import ColdPhase, Drift
-from muscle_bayes.criticism.units import judged_unit
 from muscle_bayes.inference.posteriors.predict import Prediction
 from muscle_bayes.report.style import (
     BLACK,
@@ -216,18 +215,10 @@ def _slopes(axis: Axes, drift: Drift) -> None:
     axis.errorbar(
         place - 0.1, measured, error, marker="o", color=BLACK, label="measured, 90 %", **style
     )
-    axis.errorbar(
-        place + 0.1,
-        middle,
-        reach,
-        marker="s",
-        color=BLUE,
-        mfc="white",
-        label="model, 90 %",
-        **style,
-    )
+    hollow: Any = {"marker": "s", "color": BLUE, "mfc": "white", "label": "model, 90 %"}
+    axis.errorbar(place + 0.1, middle, reach, **hollow, **style)
     axis.axhline(0.0, color=GREY, linewidth=0.8)
     axis.set_xticks(place)
     axis.set_xlim(0.5, place[-1] + 0.5)
     axis.set(xlabel="cold phase", ylabel=f"slope [{drift.unit}/min]")
-    axis.legend(ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+    axis.legend(ncols=2, **_LEGEND)

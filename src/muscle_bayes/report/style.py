@@ -24,6 +24,8 @@ VERMILLION: Final = "#D55E00"
 PURPLE: Final = "#CC79A7"
 GREY: Final = "#8A8A8A"
 PALETTE: Final = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE, BLACK)
+MARK: Final[Any] = {"color": VERMILLION, "linestyle": (0, (4, 2))}
+"""Line at a published value."""
 
 DPI: Final = 150
 WIDTH: Final = 6.5

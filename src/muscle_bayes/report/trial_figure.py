@@ -3,6 +3,7 @@
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from scipy.stats import binomtest
 
 from muscle_bayes.discovery.weigh import NONE
@@ -26,7 +27,8 @@ def trial_figure(numbers: dict[str, Any]) -> Figure:
             for column, answer in enumerate(said):
                 count = table[name].get(answer, 0)
                 if count:
-                    left.add_patch(_cell(column, row, count / total))
+                    corner, alpha = (column - 0.5, row - 0.5), 0.15 + 0.5 * count / total
+                    left.add_patch(Rectangle(corner, 1.0, 1.0, color=BLUE, alpha=alpha))
                     left.text(column, row, str(count), ha="center", va="center", fontsize=7)
         left.set(xlim=(-0.6, len(said) - 0.4), ylim=(len(hidden) - 0.4, -0.6))
         left.set_xticks(range(len(said)), said, rotation=60, ha="right")
@@ -70,9 +72,3 @@ def _place(name: str) -> tuple[int, str]:
 def _told(hidden: str) -> str:
     known = hidden in CATALOGUE or hidden == NOTHING
     return hidden if known else f"{hidden} (not in the catalogue)"
-
-
-def _cell(column: int, row: int, share: float):
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, color=BLUE, alpha=0.15 + 0.5 * share)

@@ -6,15 +6,15 @@ from typing import Any
 from muscle_bayes.markup import RAISED
 
 MINUS = "−"
-SIGNAL_WORDS = {
-    "q": "angle or position",
-    "speed": "speed",
-    "load": "load",
-    "strain": "strain sigma of the muscle",
-    "hyst": "strain sigma_hyst of HYST",
-    "temperature": "temperature",
+SIGNALS = {
+    "q": ("angle or position", "rad or m"),
+    "speed": ("speed", "rad/s or m/s"),
+    "load": ("load", "kg"),
+    "strain": ("strain sigma of the muscle", "1"),
+    "hyst": ("strain sigma_hyst of HYST", "1"),
+    "temperature": ("temperature", "C"),
 }
-"""What a function may depend on, in words."""
+"""What a function may depend on, in words, and its unit."""
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -164,7 +164,7 @@ def curve(found: Numbers) -> str:
     by_value = sorted(zip(told["median"], told["signal"], strict=True))
     low, high = (f"{value:+.3g}{unit} at {at:.3g}" for value, at in (by_value[0], by_value[-1]))
     return (
-        f"{what} changes by {low} to {high}, the {SIGNAL_WORDS[found['signals'][0]]} being from "
+        f"{what} changes by {low} to {high}, the {SIGNALS[found['signals'][0]][0]} being from "
         f"{told['signal'][0]:.3g} to {told['signal'][-1]:.3g}"
     )
 
