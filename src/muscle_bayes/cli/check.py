@@ -97,24 +97,19 @@ def check(
 
 def _show(console: "Console", checks: dict[str, "RunCheck"], drifts: dict[str, "Drift"]) -> None:
     """The tables of all runs; creep only where a run has cold phases."""
-    from rich.table import Table
-    from rich.text import Text
+    from muscle_bayes.report.tables import shown, table
 
-    table = Table("run", "RMSE", "", "in 50 %", "in 90 %")
+    rows = []
     for name, one in checks.items():
-        second = f"{one.judged_rmse:.3g} {one.judged_unit}"
-        table.add_row(
-            Text(name),
-            f"{one.rmse:.3g} {one.unit}",
-            second if one.unit != one.judged_unit else "",
-            f"{one.coverage50:.0%}",
-            f"{one.coverage90:.0%}",
-        )
-    console.print(table)
-    creep = Table("creep while cold", "phases", "measured - predicted", "90 % interval")
+        rmse, judged = f"{one.rmse:.3g} {one.unit}", f"{one.judged_rmse:.3g} {one.judged_unit}"
+        second = judged if one.unit != one.judged_unit else ""
+        rows.append((name, rmse, second, f"{one.coverage50:.0%}", f"{one.coverage90:.0%}"))
+    console.print(shown(table(("run", "RMSE", "", "in 50 %", "in 90 %"), rows)))
+    creep = []
     for name, drift in drifts.items():
         if (d := drift.slope_difference) is not None:
             mean, interval = f"{d.mean:+.3g} {drift.unit}/min", f"{d.q05:+.3g} to {d.q95:+.3g}"
-            creep.add_row(Text(name), str(len(drift.phases)), mean, interval)
-    if creep.row_count:
-        console.print(creep)
+            creep.append((name, str(len(drift.phases)), mean, interval))
+    if creep:
+        columns = ("creep while cold", "phases", "measured - predicted", "90 % interval")
+        console.print(shown(table(columns, creep)))

@@ -14,7 +14,6 @@ from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.control.plant.rest import at_rest, balanced, remembering_rest
 from muscle_bayes.control.plant.rotor import Motion, advance
 from muscle_bayes.control.scenarios.scenario import Course
-from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.memory import Memory
@@ -108,12 +107,11 @@ def start_of(joint: Joint, load: Scalar, trained: Scalar) -> Motion:
 
 def _trained_hyst(plant: Plant) -> Float[Array, "2"]:
     """sigma_hyst of both muscles as their training leaves it."""
-
-    def short(side: Muscle) -> Scalar:
-        muscle, stiffness = side.parameters, side.base_length * side.parameters.K_hyst
-        return tensile_strain(jnp.asarray(TRAINING_TENSION), stiffness, muscle.F_hyst_min)
-
-    return jnp.stack([short(side) for side in plant.muscles.values()])
+    tension, short = jnp.asarray(TRAINING_TENSION), []
+    for side in plant.muscles.values():
+        stiffness = side.base_length * side.parameters.K_hyst
+        short.append(tensile_strain(tension, stiffness, side.parameters.F_hyst_min))
+    return jnp.stack(short)
 
 
 def simulate(

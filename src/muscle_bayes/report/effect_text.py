@@ -5,7 +5,7 @@ import re
 import sys
 from typing import NamedTuple
 
-from muscle_bayes.physics.effects import CATALOGUE, AnyEffectType, effect_type
+from muscle_bayes.physics.effects import CATALOGUE, effect_type
 
 
 class EffectText(NamedTuple):
@@ -28,10 +28,11 @@ def described(name: str) -> EffectText:
     effect = effect_type(name)
     equation, _, rest = (inspect.getdoc(effect) or "").partition("\n\n")
     symbols, _, source = _line(rest).partition("Source: ")
+    about = getattr(sys.modules.get(effect.__module__), "__doc__", None)
     return EffectText(
         name=name,
         port=effect.port,
-        what=_line(_module_text(effect)).rstrip("."),
+        what=_line(about or "").rstrip("."),
         equation=_line(equation),
         symbols=symbols.strip(),
         source=source.strip().rstrip("."),
@@ -42,10 +43,6 @@ def described(name: str) -> EffectText:
 def catalogue() -> list[EffectText]:
     """All effects of the catalogue, by name."""
     return [described(name) for name in sorted(CATALOGUE)]
-
-
-def _module_text(effect: AnyEffectType) -> str:
-    return getattr(sys.modules.get(effect.__module__), "__doc__", None) or ""
 
 
 def _line(text: str) -> str:

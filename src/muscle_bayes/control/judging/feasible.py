@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -60,12 +61,7 @@ def feasible(
     chosen = range(min(joints or max(min(len(draws) // 2, 24), 4), len(draws)))
     found = {}
     for number, scenario in enumerate(scenarios):
-        course, step = _thinned(scenario.course, period, knots)
-
-        @double_precision
-        def best(index: int, course: Course = course, step: float = step) -> Metrics:
-            return _best(draws.one(index), course, step, rounds)
-
+        best = partial(_best, draws, *_thinned(scenario.course, period, knots), rounds)
         rows = [best(0)]  # alone, so that one thread compiles for all
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             rows += pool.map(best, chosen[1:])
@@ -89,10 +85,8 @@ def _thinned(course: Course, period: float, knots: int) -> tuple[Course, float]:
         judged_from=int(course.judged_from * period / step),
     )
     # Rounding of instants makes a smooth setpoint stand still now and then: jumps are the course's.
-    size = at.size
     kept = {k: getattr(course, k)[at] for k in ("turned", "loaded", "late", "towards", "late_of")}
     since = (course.since[at] * period / step).astype(int)
-    assert size == thin.setpoint.size
     return thin._replace(since=since, **kept), step
 
 
@@ -141,8 +135,10 @@ def _residuals(
 _slopes = jax.jit(jax.jacfwd(_residuals))
 
 
-def _best(joint: Joint, course: Course, step: float, rounds: int) -> Metrics:
-    """Metrics under the duties that follow the course best."""
+@double_precision
+def _best(draws: JointDraws, course: Course, step: float, rounds: int, index: int) -> Metrics:
+    """Metrics of one draw's joint under the duties that follow the course best."""
+    joint = draws.one(index)
     start = eqx.filter_jit(start_of)(
         joint, jnp.asarray(course.load[0]), jnp.asarray(course.trained)
     )

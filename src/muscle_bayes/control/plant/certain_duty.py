@@ -66,7 +66,8 @@ def stretches(run: Run, law: HeaterLaw) -> list[Stretch]:
 def _logged(run: Run, side: str) -> list[Stretch]:
     """From one gap of rows or duties to the next, whatever the duty was."""
     time, duty = (run.table[name].to_numpy() for name in ("time", f"duty_{side}"))
-    reading, room = run.table[f"temperature_{side}"].to_numpy(), _room(run)
+    reading = run.table[f"temperature_{side}"].to_numpy()
+    room = run.metadata.fixture.room_temperature
     known = np.isfinite(duty)
     breaks = (np.diff(time) > 2.0) | (known[1:] != known[:-1])
     found = []
@@ -89,7 +90,8 @@ def _certain(run: Run, side: str, law: HeaterLaw) -> list[Stretch]:
     """Those that begin with a new setpoint: until then the temperature was held, which tells the power
     with which the stretch begins."""
     time = run.table["time"].to_numpy()
-    reading, room = run.table[f"temperature_{side}"].to_numpy(), _room(run)
+    reading = run.table[f"temperature_{side}"].to_numpy()
+    room = run.metadata.fixture.room_temperature
     setpoint = run.table[f"setpoint_{side}"].to_numpy()
     duty = certain_duty(setpoint, reading, law)
     gaps = np.diff(time, prepend=time[0]) > 2.0
@@ -109,10 +111,6 @@ def _certain(run: Run, side: str, law: HeaterLaw) -> list[Stretch]:
         if one.time.size >= FEWEST:
             found.append(one)
     return found
-
-
-def _room(run: Run) -> float:
-    return float(run.metadata.fixture.room_temperature)
 
 
 def _fresh(time: np.ndarray, reading: np.ndarray, duty: np.ndarray, room: float) -> Stretch:
