@@ -58,6 +58,20 @@ def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) ->
     assert abs(told.median - waves) < told.high - told.low
 
 
+@pytest.mark.parametrize(("name", "size"), [("backlash", 0.05), ("zero-drift", 0.01)])
+def test_a_sensor_that_does_not_show_the_rotor_is_named(
+    tmp_path: Path, name: str, size: float
+) -> None:
+    """A gap between rotor and sensor, or a zero that drifts, [rad] or [rad/s]."""
+    key = {"backlash": "gap", "zero-drift": "rate"}[name]
+    candidates = ("backlash", "zero-drift", "viscous-friction")
+    found = _search(tmp_path, make_effect(name, **{key: size}), candidates=candidates)
+    assert found.verdict == name
+    told = found.steps[0].parameters[key]
+    assert told.high - told.low < 0.2 * size
+    assert abs(told.median - size) < told.high - told.low
+
+
 def test_nothing_is_claimed_where_nothing_is_hidden(tmp_path: Path) -> None:
     found = _search(tmp_path)
     assert found.verdict == "none"

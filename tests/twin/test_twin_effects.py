@@ -322,6 +322,23 @@ def test_potentiometer_shows_a_parabola():
         assert sensor.read(angle) == round(512.0 + (1.02 * angle - 0.1 * angle**2) / 0.0058)
 
 
+def exact_sensor(effect: Effect) -> AngleSensor:
+    """Of a hundred counts a milliradian, without noise."""
+    fine = replace(Rig().potentiometer, count_noise=0.0, radians_per_count=1e-5)
+    return AngleSensor(fine, 500.0, np.random.default_rng(0), (effect,))
+
+
+def test_zero_drift_raises_the_reading_with_time():
+    sensor = exact_sensor(make_effect("zero-drift", rate=2e-5))
+    assert [sensor.read(1e-3, time) for time in (0.0, 50.0, 100.0)] == [600, 700, 800]
+
+
+def test_backlash_is_crossed_before_the_reading_follows():
+    sensor = exact_sensor(make_effect("backlash", gap=2e-3))
+    angles = np.array([0.0, 1e-3, 2e-3, 3e-3, 2e-3, 1e-3, 0.0, 0.5e-3])
+    assert [sensor.read(angle) for angle in angles] == [500, 500, 600, 700, 700, 700, 600, 600]
+
+
 @pytest.mark.parametrize("delay", [0.8, -0.8])
 def test_clock_offset_logs_temperatures_late(delay):
     plan = free((Stage(setpoint_a=60.0, duration=20.0),), load=0.139)
