@@ -19,6 +19,7 @@ from muscle_bayes.bench.boards.protocol import (
     Prompt,
     Reply,
     Sample,
+    Values,
     encode,
     identity,
     read_answer,
@@ -86,9 +87,7 @@ class Board:
         self.identity = identified
         return identified
 
-    def request(
-        self, verb: str, *arguments: int | None, timeout: float = 1.0
-    ) -> tuple[int | str | None, ...]:
+    def request(self, verb: str, *arguments: int | None, timeout: float = 1.0) -> Values:
         """Send a command, wait for its answer and return its values; other messages wait for `poll`.
 
         Raises BoardError where the board refuses or does not answer.
@@ -109,7 +108,7 @@ class Board:
             if self._clock.now() >= end:
                 raise self._no_answer(verb, timeout)
 
-    def _value_of(self, verb: str, answer: Message) -> tuple[int | str | None, ...]:
+    def _value_of(self, verb: str, answer: Message) -> Values:
         if isinstance(answer, Error):
             raise BoardError(f"{self.name}: {verb}: {ERRORS[answer.code]}.")
         assert isinstance(answer, Reply)
@@ -122,11 +121,11 @@ class Board:
 
         The reply comes with `poll`, into `heat`. To be repeated within 0.4 s: see DEADMAN.
         """
-        self._send("DUTY", first, second, _tenths(first_t), _tenths(second_t))
+        self._send("DUTY", first, second, tenths(first_t), tenths(second_t))
 
     def command_hold(self, reading: int, first_t: float | None, second_t: float | None) -> None:
         """Have the board hold a reading of its potentiometer [counts]; else as `command_duty`."""
-        self._send("HOLD", reading, _tenths(first_t), _tenths(second_t))
+        self._send("HOLD", reading, tenths(first_t), tenths(second_t))
 
     def command_fan(self, on: bool) -> None:
         """Switch the fan. The reply comes with `poll`, into `fan`; to be repeated until it does."""
@@ -138,13 +137,12 @@ class Board:
 
     def limit(self, duty: int, rise: float, temperature: float) -> tuple[int, float, float]:
         """Tighten highest duty, modelled rise [C] and reported temperature [C]; those in force."""
-        values = self.request("LIMIT", duty, _tenths(rise), _tenths(temperature))
-        in_force = [value for value in values if isinstance(value, int)]
+        in_force = self.request("LIMIT", duty, tenths(rise), tenths(temperature))
         return in_force[0], in_force[1] / 10, in_force[2] / 10
 
     def tubes(self) -> tuple[TubeModel | None, TubeModel | None]:
         """How the heater tubes are calibrated, None where one is not."""
-        values = [int(value or 0) for value in self.request("TUBES")]
+        values = self.request("TUBES")
         first, second = (
             TubeModel(gain, cooling) if gain else None
             for gain, cooling in zip(values[::2], values[1::2], strict=True)
@@ -157,7 +155,7 @@ class Board:
 
     def wiring(self) -> Wiring:
         """What the inputs are wired to."""
-        return Wiring(*(int(value or 0) for value in self.request("INPUTS")))
+        return Wiring(*self.request("INPUTS"))
 
     def wire(self, wiring: Wiring) -> None:
         """Store what the inputs are wired to. Raises BoardError where that is another board's."""
@@ -230,13 +228,12 @@ class Board:
             verb = self._asked.pop(message.sequence, None)
             self._owed_since = self._clock.now() if self._asked else None
             if isinstance(message, Reply) and verb in ("DUTY", "HOLD"):
-                first, second, faults = (int(v or 0) for v in read_answer(verb, message))
+                first, second, faults = read_answer(verb, message)
                 self.heat = HeaterState((first, second), Fault(faults))
                 self.faults = Fault(faults)
             elif isinstance(message, Reply) and verb == "TEMPS":
                 first_t, second_t = (
-                    value / 10 if isinstance(value, int) else None
-                    for value in read_answer(verb, message)
+                    None if value is None else value / 10 for value in read_answer(verb, message)
                 )
                 self._temperatures = (first_t, second_t)
             elif isinstance(message, Reply) and verb == "FAN":
@@ -270,7 +267,7 @@ class Board:
         )
 
 
-def _tenths(temperature: float | None) -> int | None:
+def tenths(temperature: float | None) -> int | None:
     """Tenths of a degree, what is beyond the range at its end; None for what is no number."""
     if temperature is None or not isfinite(temperature):
         return None

@@ -4,8 +4,10 @@ A frame is `<start><body>*HHHH` and LF, at most 80 characters before the LF; HHH
 CRC-16/CCITT-FALSE of start and body. `messages.MESSAGES` describes what stands in it.
 """
 
+from binascii import crc_hqx
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from muscle_bayes.bench.boards.messages import (
     ERRORS,
@@ -23,6 +25,9 @@ from muscle_bayes.errors import MuscleBayesError
 FRAME_MAX: Final = 80
 """Longest frame, without its LF."""
 _CHECK_LENGTH = 5
+
+Values = tuple[Any, ...]
+"""Of a frame's fields: a number, None for one that is absent, or a word."""
 
 
 @dataclass(frozen=True)
@@ -106,14 +111,7 @@ Message = Sample | Reply | Error | Boot | FaultReport | ChecksumReport | Prompt 
 
 def crc16(data: bytes) -> int:
     """CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF; crc16(b"123456789") = 0x29B1."""
-    crc = 0xFFFF
-    for byte in data:
-        crc = ((crc >> 8) | (crc << 8)) & 0xFFFF
-        crc ^= byte
-        crc ^= (crc & 0xFF) >> 4
-        crc ^= (crc << 12) & 0xFFFF
-        crc ^= (crc & 0xFF) << 5
-    return crc
+    return crc_hqx(data, 0xFFFF)
 
 
 def frame(text: str) -> bytes:
@@ -133,7 +131,7 @@ def encode(sequence: int, verb: str, *arguments: int | None) -> bytes:
     return frame(">" + " ".join(words))
 
 
-def read_answer(verb: str, reply: Reply) -> tuple[int | str | None, ...]:
+def read_answer(verb: str, reply: Reply) -> Values:
     """Values behind a command's OK, in the order of the table. Raises MuscleBayesError."""
     try:
         return _values(MESSAGES.command(verb).answer, reply.words)
@@ -144,11 +142,10 @@ def read_answer(verb: str, reply: Reply) -> tuple[int | str | None, ...]:
         ) from None
 
 
-def identity(values: tuple[int | str | None, ...]) -> Identity:
+def identity(values: Values) -> Identity:
     """Identity of the values that ID answers and BOOT tells."""
-    *numbers, role = values
-    protocol, firmware, boot, cause = (int(number or 0) for number in numbers)
-    return Identity(protocol, firmware, boot, ResetCause(cause), Role(str(role)))
+    protocol, firmware, boot, cause, role = values
+    return Identity(protocol, firmware, boot, ResetCause(cause), Role(role))
 
 
 def decode_line(line: bytes) -> Message:
@@ -200,19 +197,15 @@ def _notice(notice: Notice, words: list[str]) -> Message:
     values = _values(notice.fields, words)
     if notice.word == "BOOT":
         return Boot(identity(values))
-    numbers = [value for value in values if isinstance(value, int)]
     if notice.word == "FAULT":
-        return FaultReport(Fault(numbers[0]))
+        return FaultReport(Fault(values[0]))
     if notice.word == "CRC":
-        return ChecksumReport(numbers[0])
-    number, micros, angle, first, second, faults = numbers[:6]
-    *_, other, load = (value if isinstance(value, int) else None for value in values)
+        return ChecksumReport(values[0])
+    number, micros, angle, first, second, faults, other, load = values
     return Sample(number, micros, angle, (first, second), Fault(faults), other, load)
 
 
-def _values(
-    fields: tuple[Field, ...], words: list[str] | tuple[str, ...]
-) -> tuple[int | str | None, ...]:
+def _values(fields: tuple[Field, ...], words: Sequence[str]) -> Values:
     if len(words) != len(fields):
         raise ValueError(f"{len(words)} fields, not {len(fields)}")
     return tuple(field.read(word) for field, word in zip(fields, words, strict=True))

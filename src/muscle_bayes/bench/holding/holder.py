@@ -4,7 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
-from muscle_bayes.bench.boards.board import Board, BoardError
+from muscle_bayes.bench.boards.board import Board, BoardError, tenths
 from muscle_bayes.bench.boards.clock import Clock
 from muscle_bayes.bench.boards.messages import explain
 from muscle_bayes.bench.boards.samples import SampleStream, TimedSample
@@ -101,7 +101,8 @@ class Holder(RecordingLoop):
         self._tell("start", stages=1)
         self._tell("stage", number=1, what="hold", note="", to_go=self._duration)
         try:
-            board.request("HOLD", self.counts(self._aim(0.0)), *self._reported())
+            reported = map(tenths, self._heating.temperatures)
+            board.request("HOLD", self.counts(self._aim(0.0)), *reported)
         except BoardError as error:
             raise RecordingError(
                 f"{error} Fix: write gains with `muscle-bayes tune ... --header gains.h`, build them in "
@@ -156,10 +157,6 @@ class Holder(RecordingLoop):
         self._heating.watch(self._meter, now)
         if (trouble := self._heating.trouble or self._heating.alarm) is not None:
             raise RecordingError(trouble)
-
-    def _reported(self) -> list[int | None]:
-        """Both temperatures as a command carries them."""
-        return [None if t is None else round(10 * t) for t in self._heating.temperatures]
 
     def _wanted(self, sample: TimedSample) -> float:
         return self.counts(self._aim(self._rows.log_time(sample.time)))
