@@ -12,7 +12,7 @@ from muscle_bayes.bench.boards.board import SILENCE_LIMIT, Board, BoardError
 from muscle_bayes.bench.boards.clock import RealClock
 from muscle_bayes.bench.boards.messages import Fault, ResetCause, Role
 from muscle_bayes.bench.boards.protocol import Boot, FaultReport, Sample, encode
-from muscle_bayes.bench.boards.transport import TransportError, board_transport, meter_transport
+from muscle_bayes.bench.boards.transport import SerialTransport, TransportError, meter_transport
 from muscle_bayes.bench.meters.meter import REQUEST, Meter, first_reading, parse_answer
 from muscle_bayes.bench.simulation import SimulatedBench, TwinPlant
 from muscle_bayes.bench.simulation.links import Link
@@ -228,8 +228,8 @@ def test_real_ports_in_real_time():
     """A smoke test: what is tested in virtual time works over serial ports, too."""
     clock = RealClock()
     with SimulatedBench() as bench, Ports(bench) as ports:
-        heater = Board(board_transport(ports.heater_board), clock, "heater board")
-        sensor = Board(board_transport(ports.sensor_board), clock, "sensor board")
+        heater = Board(SerialTransport(ports.heater_board), clock, "heater board")
+        sensor = Board(SerialTransport(ports.sensor_board), clock, "sensor board")
         meter = Meter(meter_transport(ports.meter), clock)
         assert heater.identify().role is Role.HEATER
         assert sensor.identify().role is Role.SENSOR

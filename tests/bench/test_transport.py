@@ -15,7 +15,6 @@ import serial.rfc2217
 from muscle_bayes.bench.boards.transport import (
     SerialTransport,
     TransportError,
-    board_transport,
     meter_transport,
 )
 
@@ -97,7 +96,7 @@ def test_what_came_before_the_loss_is_read(line):
 
 def test_pulled_cable_of_a_tty():
     far, near = pty.openpty()
-    transport = board_transport(os.ttyname(near))
+    transport = SerialTransport(os.ttyname(near))
     os.close(near)
     transport.write(b"hello\n")
     assert select.select([far], [], [], 2.0)[0]
@@ -117,18 +116,18 @@ def test_line_that_cannot_be_opened(url):
 
 def test_a_port_is_opened_once_only():
     far, near = pty.openpty()
-    first = board_transport(os.ttyname(near))
+    first = SerialTransport(os.ttyname(near))
     with pytest.raises(TransportError, match=r"cannot be opened: .*lock.*no other program"):
-        board_transport(os.ttyname(near))
+        SerialTransport(os.ttyname(near))
     first.close()
-    board_transport(os.ttyname(near)).close()
+    SerialTransport(os.ttyname(near)).close()
     os.close(far)
     os.close(near)
 
 
 def test_full_line_is_a_loss_and_no_long_wait():
     far, near = pty.openpty()
-    transport = board_transport(os.ttyname(near))
+    transport = SerialTransport(os.ttyname(near))
     start = time.monotonic()
     with pytest.raises(TransportError, match="gone"):
         transport.write(bytes(1 << 20))  # nobody reads
@@ -158,7 +157,7 @@ class SettingsPort:
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # pyserial's own
 @pytest.mark.parametrize(
     ("opener", "settings"),
-    [(board_transport, (115200, 8, "N", 1)), (meter_transport, (19200, 8, "E", 1))],
+    [(SerialTransport, (115200, 8, "N", 1)), (meter_transport, (19200, 8, "E", 1))],
 )
 def test_settings_reach_the_port(opener, settings):
     port, stop = SettingsPort(), threading.Event()

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from muscle_bayes.bench.boards.board import Board
 from muscle_bayes.bench.boards.clock import Clock
@@ -14,14 +14,7 @@ RETRY: Final = 1.0
 """s between attempts to open a line again."""
 
 
-class Closable(Protocol):
-    """What a link holds."""
-
-    def close(self) -> None:
-        """Release the line; never raises."""
-
-
-class Link[D: Closable]:
+class Link[D: Board | MeterSource]:
     """A device, and how to open it again. `device` is None while it is away."""
 
     def __init__(self, name: str, opener: Callable[[], D], clock: Clock) -> None:

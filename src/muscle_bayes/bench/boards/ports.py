@@ -9,11 +9,7 @@ from muscle_bayes.bench.boards.board import Board, BoardError
 from muscle_bayes.bench.boards.clock import Clock, RealClock
 from muscle_bayes.bench.boards.link import Devices, Link
 from muscle_bayes.bench.boards.messages import Role
-from muscle_bayes.bench.boards.transport import (
-    SerialTransport,
-    TransportError,
-    board_transport,
-)
+from muscle_bayes.bench.boards.transport import SerialTransport, TransportError
 from muscle_bayes.bench.meters.board_meter import BoardMeter
 from muscle_bayes.bench.meters.meter import (
     FIRST,
@@ -53,7 +49,7 @@ class PortFinder:
     boards: Sequence[str] = ()
     meter: str | None = None
     clock: Clock = field(default_factory=RealClock)
-    open_board: Callable[[str], SerialTransport] = board_transport
+    open_board: Callable[[str], SerialTransport] = SerialTransport
     open_meter: OpenMeter = open_tmd56
     """of the TMD-56"""
     list_ports: Callable[[], list[str]] = serial_ports
@@ -71,7 +67,8 @@ class PortFinder:
         def meter() -> MeterSource:
             board = heater.device
             own = board is not None and thermometer_of(board.wiring()) is not None
-            return BoardMeter(heater, self.clock) if self._by_board(own) else self.find_meter()
+            by_board = self.meter == BOARD or (self.meter is None and own)
+            return BoardMeter(heater, self.clock) if by_board else self.find_meter()
 
         return Devices(
             sensor=Link("sensor board", lambda: self.board(Role.SENSOR), self.clock),
@@ -79,10 +76,6 @@ class PortFinder:
             meter=Link("meter", meter, self.clock),
             clock=self.clock,
         )
-
-    def _by_board(self, own: bool) -> bool:
-        """Whether the heater board's own thermometers measure; `own`: it has some."""
-        return self.meter == BOARD or (self.meter is None and own)
 
     def board(self, role: Role) -> Board:
         """The board of a role, opened. Raises MuscleBayesError, or BoardError of the one port given."""

@@ -38,6 +38,8 @@ class Transport(Protocol):
 class SerialTransport:
     """A line on any URL that pyserial knows: a port's name, socket://, rfc2217://, loop://.
 
+    A board's unless said: 115200 baud, 8N1.
+
     What pyserial's `is_open` says is not trusted (it stays true when a cable is pulled), and neither
     is a write that went well (the first to a closed socket does): only a read tells that a line is
     gone, and from then on every call raises.
@@ -97,11 +99,6 @@ def _opened(url: str, baudrate: int, parity: str) -> Any:
     if not url.lower().startswith("rfc2217:"):  # pyserial has none there
         settings["write_timeout"] = _WRITE_TIMEOUT
     return serial.serial_for_url(url, **settings)
-
-
-def board_transport(url: str) -> SerialTransport:
-    """The line of a board: 115200 baud, 8N1. Raises TransportError."""
-    return SerialTransport(url, BOARD_BAUD)
 
 
 def meter_transport(url: str) -> SerialTransport:

@@ -46,11 +46,6 @@ class Channel:
         """The newest reading [C], None where it cannot be trusted."""
         return self.watch.temperature if self.verdict is Verdict.GOOD else None
 
-    @property
-    def heated(self) -> bool:
-        """Whether there is a setpoint."""
-        return self.control.setpoint is not None
-
 
 class Heating:
     """Both channels; `step` gives the duties, (0, 0) while there is trouble or the meter is overdue."""
@@ -67,12 +62,8 @@ class Heating:
         """Whether a fan blows on the tubes."""
         self.fresh = False
         """Whether a reading came since this flag was last cleared."""
-        self._taken: Reading | None = None
-
-    @property
-    def reading(self) -> Reading | None:
+        self.reading: Reading | None = None
         """The meter's newest."""
-        return self._taken
 
     @property
     def trouble(self) -> str | None:
@@ -109,7 +100,7 @@ class Heating:
     @property
     def stable(self) -> bool:
         """Whether every heated channel is."""
-        return all(c.control.stable for c in self.channels if c.heated)
+        return all(c.control.stable for c in self.channels if c.control.setpoint is not None)
 
     @property
     def hottest(self) -> float:
@@ -134,9 +125,9 @@ class Heating:
 
     def take(self, reading: Reading | None) -> None:
         """Take the meter's latest reading, None if there is none; one twice counts once."""
-        if reading is None or reading is self._taken:
+        if reading is None or reading is self.reading:
             return
-        self._taken, self.fresh = reading, True
+        self.reading, self.fresh = reading, True
         for channel, value in zip(self.channels, reading.temperatures, strict=True):
             channel.watch.read(reading.time, value)
 

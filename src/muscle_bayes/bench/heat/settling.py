@@ -6,7 +6,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from muscle_bayes.bench.heat.temperature_control import StableRule
+from muscle_bayes.bench.heat.temperature_control import STABLE_BAND, STABLE_TIME
 from muscle_bayes.data import Run
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ class Settling:
     step: float
     """setpoint less the temperature at its start"""
     settled: bool
-    """stayed within the band for the rule's time"""
+    """stayed within the band for STABLE_TIME"""
     settling_time: float
     """s until it entered the band to stay for so long; NaN where it never did"""
     overshoot: float
@@ -36,9 +36,8 @@ class Settling:
     """largest distance from the setpoint after that"""
 
 
-def settlings(run: Run, rule: StableRule | None = None) -> list[Settling]:
+def settlings(run: Run) -> list[Settling]:
     """Every setpoint of a run, sides one after the other, in the order of time."""
-    rule = rule or StableRule()
     time = run.table["time"].to_numpy()
     found = []
     sides: tuple[Literal["a", "b"], ...] = ("a", "b")
@@ -49,20 +48,20 @@ def settlings(run: Run, rule: StableRule | None = None) -> list[Settling]:
         for part in np.split(np.arange(time.size), edges):
             wanted = float(setpoint[part[0]])
             if np.isfinite(wanted) and wanted > 0.0 and part.size > 1:
-                found.append(_settling(side, time[part], temperature[part], wanted, rule))
+                found.append(_settling(side, time[part], temperature[part], wanted))
     return found
 
 
 def _settling(
-    side: Literal["a", "b"], time: Floats, temperature: Floats, setpoint: float, rule: StableRule
+    side: Literal["a", "b"], time: Floats, temperature: Floats, setpoint: float
 ) -> Settling:
     error = temperature - setpoint
-    outside = np.flatnonzero(np.abs(error) > rule.band)
+    outside = np.flatnonzero(np.abs(error) > STABLE_BAND)
     # Stretches inside the band lie between readings outside it.
     begins, ends = np.r_[0, outside + 1], np.r_[outside, time.size]
     held = time[np.maximum(ends - 1, 0)] - time[np.minimum(begins, time.size - 1)]
     # The log's rows see a stretch a little shorter than the controller did.
-    lasting = np.flatnonzero((ends > begins) & (held > 0.95 * rule.time))
+    lasting = np.flatnonzero((ends > begins) & (held > 0.95 * STABLE_TIME))
     settled = lasting.size > 0
     first = int(begins[lasting[0]]) if settled else 0
     step = setpoint - float(temperature[0])

@@ -38,22 +38,16 @@ class HeaterLaw:
         return min(max(self.gain * total, 0.0), float(FULL_DUTY))
 
 
-@dataclass(frozen=True, kw_only=True)
-class StableRule:
-    """Stable: within `band` of the setpoint for more than `time`."""
-
-    band: float = 1.0
-    """C"""
-    time: float = 10.0
-    """s"""
+STABLE_BAND: Final = 1.0
+STABLE_TIME: Final = 10.0
+"""Stable: within STABLE_BAND [C] of the setpoint for more than STABLE_TIME [s]."""
 
 
 class TemperatureControl:
-    """One channel under a law. Without a setpoint it is off: duty 0, never stable."""
+    """One channel under the law. Without a setpoint it is off: duty 0, never stable."""
 
-    def __init__(self, law: HeaterLaw | None = None, rule: StableRule | None = None) -> None:
-        self.law = law or HeaterLaw()
-        self.rule = rule or StableRule()
+    def __init__(self) -> None:
+        self.law = HeaterLaw()
         self.setpoint: float | None = None
         """C, None = off"""
         self.integral = 0.0
@@ -91,9 +85,9 @@ class TemperatureControl:
         return self.duty
 
     def _watch(self, error: float, time: float) -> None:
-        if abs(error) > self.rule.band:
+        if abs(error) > STABLE_BAND:
             self.unsettle()
             return
         if self._in_band_since is None:
             self._in_band_since = time
-        self.stable = time - self._in_band_since > self.rule.time
+        self.stable = time - self._in_band_since > STABLE_TIME

@@ -5,7 +5,7 @@ from enum import StrEnum
 from math import inf
 from typing import Final
 
-from muscle_bayes.bench.meters.meter import Reading
+from muscle_bayes.bench.meters.meter import FASTEST, Reading
 from muscle_bayes.errors import MuscleBayesError
 
 ANSWERED_WITHIN: Final = 0.42
@@ -22,8 +22,6 @@ FAR: Final = 2.0
 LEAST: Final = 0.0
 MOST: Final = 250.0
 """Ends of what a nylon muscle in a room can have, C; it melts at about 220 C."""
-FASTEST: Final = 30.0
-"""Change that no heater tube does, C/s."""
 _LONGEST_CHECK: Final = 0.4
 """Most time between two checks that counts as heated, s: the board's dead-man ends it then."""
 

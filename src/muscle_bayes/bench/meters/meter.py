@@ -23,7 +23,7 @@ RANGE_TENTHS: Final = 13720
 
 ANSWER_TIME: Final = 0.6
 """Longest wait for an answer before the next request, s."""
-_FASTEST: Final = 30.0
+FASTEST: Final = 30.0
 """Change that no heater tube does, C/s."""
 _UPDATE: Final = 0.5
 """Longest time between two measurements of the meter, s."""
@@ -73,7 +73,7 @@ def agrees(before: int, raw: int, passed: float) -> bool:
     """Whether a channel's code can follow another after a time [s]: by warmth, or OL as before."""
     if before > RANGE_TENTHS or raw > RANGE_TENTHS:
         return before == raw
-    return abs(raw - before) <= 10 * _FASTEST * max(passed, _UPDATE)
+    return abs(raw - before) <= 10 * FASTEST * max(passed, _UPDATE)
 
 
 def format_answer(temperatures: Sequence[float | None]) -> bytes:

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from muscle_bayes.bench.heat.heating import Channel
-from muscle_bayes.bench.recording.status import Status
+from muscle_bayes.bench.recording.status import Status, View
 
 _BAR = 20
 _BLOCKS: Final = "▁▂▃▄▅▆▇█"
@@ -36,13 +36,12 @@ class Moment:
     """C"""
 
 
-class TerminalView:
+class TerminalView(View):
     """Redraws one panel in place; on what is no terminal it shows questions and troubles as lines."""
 
     def __init__(self, console: Console | None = None) -> None:
         self._console = console or Console(stderr=True)
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
-        self._question = ""
         self._said: tuple[str, ...] = ()
         self._history: deque[Moment] = deque(maxlen=TRACE)
 

@@ -76,13 +76,13 @@ class RecordingLoop:
                 self._close_notes(complete, reason)
                 self._tell_delay()
             self._file.close()
-        rows = self._rows
+        file = self._file
         if failure is not None:
             kind = StoppedError if isinstance(failure, StoppedError) else RecordingError
-            kept = f"{rows.rows} rows are kept in {self._file.path}."
-            told = kept if rows.rows else "no row was recorded."
-            raise kind(f"{self._file.name}: {reason}. {_HEATERS[off]} {told}")
-        return Outcome(self._file.name, rows.rows, rows.time, complete, reason, self._figures())
+            kept = f"{file.rows} rows are kept in {file.path}."
+            told = kept if file.rows else "no row was recorded."
+            raise kind(f"{file.name}: {reason}. {_HEATERS[off]} {told}")
+        return Outcome(file.name, file.rows, self._rows.time, complete, reason, self._figures())
 
     def _start(self) -> None:
         """Prepare open devices. Raises MuscleBayesError."""

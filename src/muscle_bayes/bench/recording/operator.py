@@ -26,9 +26,6 @@ class Operator(Protocol):
     def poll(self) -> str | None:
         """ "go" at any key, "stop" at q, None if nothing was pressed. Never waits."""
 
-    def close(self) -> None:
-        """Give the keyboard back; never raises."""
-
 
 class Keyboard:
     """Keys of the terminal, without the need of Enter; on a pipe, its bytes."""
@@ -65,6 +62,7 @@ class Keyboard:
         return "go"
 
     def close(self) -> None:
+        """Give the keyboard back; never raises."""
         if self._before is not None:
             with suppress(termios.error, OSError):
                 termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)

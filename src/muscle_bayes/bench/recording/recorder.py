@@ -124,7 +124,7 @@ class Recorder(RecordingLoop):
     def _weigh(self, sample: TimedSample) -> float | None:
         if self._weigher is None:
             return None
-        if self._rows.rows == 0:
+        if self._file.rows == 0:
             self._weigher.begin(sample.time)
         return self._weigher.mass(sample)
 
@@ -252,7 +252,7 @@ class Recorder(RecordingLoop):
     def _figures(self) -> dict[str, Any]:
         meter = self._devices.meter.device
         return {
-            "rows": self._rows.rows,
+            "rows": self._file.rows,
             "gaps": self._rows.gaps,
             "longest_gap": round(self._rows.longest_gap, 3),
             "recoveries": self._guard.recoveries,
@@ -271,7 +271,7 @@ class Recorder(RecordingLoop):
         return Status(
             name=self._file.name,
             time=None if self._rows.origin is None else self._rows.time,
-            rows=self._rows.rows,
+            rows=self._file.rows,
             channels=self._heating.channels,
             reading=None if newest is None else newest.reading,
             angle=None if newest is None else float(self._sensor.coordinate(newest.reading)),

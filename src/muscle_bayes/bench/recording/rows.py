@@ -85,11 +85,6 @@ class RowWriter:
         self._weigh = weigh
         self._aim = aim
 
-    @property
-    def rows(self) -> int:
-        """Rows written."""
-        return self._file.rows
-
     def log_time(self, now: float) -> float:
         """Host time [s] on the log's clock; 0 before the first row."""
         return 0.0 if self.origin is None else max(now - self.origin, 0.0)

@@ -12,7 +12,7 @@ from muscle_bayes.bench.recording.loop import FIRST_READING, Outcome, StoppedErr
 from muscle_bayes.bench.recording.operator import Operator
 from muscle_bayes.bench.recording.recorder import Recorder
 from muscle_bayes.bench.recording.run_file import RunFile, free_name, run_files
-from muscle_bayes.bench.recording.status import NoView, View
+from muscle_bayes.bench.recording.status import View
 from muscle_bayes.bench.sequences.sequence import RunPlan, Sequence
 from muscle_bayes.bench.sequences.sequence_file import run_metadata
 from muscle_bayes.data import Origin, RunError, complete_attempt
@@ -37,7 +37,7 @@ class Session:
     load: float | None = None
     """kg that hang already, None = unknown"""
     wall_time: Callable[[], float] | None = None
-    view: View = field(default_factory=NoView)
+    view: View = field(default_factory=View)
     _room_checked: bool = False
 
     def plans(self) -> tuple[RunPlan, ...]:

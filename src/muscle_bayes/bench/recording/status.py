@@ -1,7 +1,6 @@
 """What is shown of a run while it is recorded."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from muscle_bayes.bench.heat.heating import Channel
 
@@ -37,21 +36,11 @@ class Status:
     fan: bool = False
 
 
-class View(Protocol):
-    """Where it is shown."""
+class View:
+    """Where it is shown; this one shows nothing."""
 
     def show(self, status: Status) -> None:
         """Show the bench as it is now; quick, never raises."""
 
     def ask(self, question: str) -> None:
         """Show a question before a run begins; empty takes it away."""
-
-
-class NoView:
-    """Shows nothing."""
-
-    def show(self, status: Status) -> None:
-        pass
-
-    def ask(self, question: str) -> None:
-        pass

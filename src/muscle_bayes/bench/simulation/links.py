@@ -1,19 +1,10 @@
 """Lines between the host and what is simulated, and what can happen to them."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 from muscle_bayes.bench.boards.transport import TransportError
-
-
-class Device(Protocol):
-    """What hangs on the far end of a line."""
-
-    def send(self, data: bytes) -> None:
-        """Put bytes on the line to the device."""
-
-    def receive(self, max_bytes: int) -> bytes:
-        """Bytes that the device has sent."""
+from muscle_bayes.bench.simulation.meter import MeterEmulator
+from muscle_bayes.bench.simulation.processor import Processor
 
 
 class Link:
@@ -25,7 +16,10 @@ class Link:
     """
 
     def __init__(
-        self, device: Device, name: str, opened: Callable[[], None] = lambda: None
+        self,
+        device: Processor | MeterEmulator,
+        name: str,
+        opened: Callable[[], None] = lambda: None,
     ) -> None:
         self.name = name
         self._opened = opened

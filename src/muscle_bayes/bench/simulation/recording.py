@@ -80,9 +80,6 @@ class SimulatedOperator:
         self._asked, self._pour = None, (now, pour_time, self._load, load)
         return "go"
 
-    def close(self) -> None:
-        """Nothing is held."""
-
     def _pour_on(self, milliseconds: int) -> None:
         if self._pour is None:
             return

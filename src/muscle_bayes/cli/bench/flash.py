@@ -37,7 +37,7 @@ def flash(
         usb_ports,
     )
     from muscle_bayes.bench.boards.flashing import flash as load
-    from muscle_bayes.bench.boards.transport import board_transport
+    from muscle_bayes.bench.boards.transport import SerialTransport
 
     if hex is not None and not hex.is_file():
         raise MuscleBayesError(f"{hex}: no such file. Fix: run `make firmware`.")
@@ -48,7 +48,7 @@ def flash(
     typer.echo(f"{chosen.device}: {name}; loading {what} ...", err=True)
     baud = load(chosen, hex or SHIPPED, avrdude)
     typer.echo(f"{chosen.device}: loaded at {baud} baud")
-    board = Board(board_transport(chosen.device), RealClock(), f"board on {chosen.device}")
+    board = Board(SerialTransport(chosen.device), RealClock(), f"board on {chosen.device}")
     try:
         identity = board.identify(5.0)
     finally:
