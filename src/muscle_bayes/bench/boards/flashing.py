@@ -7,10 +7,11 @@ import shutil
 import subprocess
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
+
+from serial.tools.list_ports_common import ListPortInfo
 
 from muscle_bayes.errors import MuscleBayesError
 
@@ -31,36 +32,13 @@ def _boards(kind: str) -> dict[tuple[int, int], str]:
     return {(int(vendor, 16), int(product, 16)): name for (vendor, product), name in pairs.items()}
 
 
-FITS: Final = _boards("fits")
-"""Boards that run it."""
-MAY_FIT: Final = _boards("may_fit")
-"""Converters that sit on boards that run it, and on others: their processor's signature decides."""
+FIT: Final = _boards("fit")
+"""Boards that run it, and converters that sit on such boards among others."""
 UNFIT: Final = _boards("unfit")
 """Boards with another processor."""
 
 
-@dataclass(frozen=True)
-class UsbPort:
-    """A port with what its USB descriptor says."""
-
-    device: str
-    vendor: int | None = None
-    product: int | None = None
-
-    @property
-    def kind(self) -> tuple[int, int] | None:
-        """Vendor and product, None where the port is not on USB."""
-        return None if self.vendor is None or self.product is None else (self.vendor, self.product)
-
-
 Run = Callable[[Sequence[str]], "subprocess.CompletedProcess[str]"]
-
-
-def usb_ports() -> list[UsbPort]:
-    """Ports of this machine."""
-    from serial.tools.list_ports import comports
-
-    return [UsbPort(port.device, port.vid, port.pid) for port in comports()]
 
 
 def find_avrdude() -> Path:
@@ -95,22 +73,22 @@ def check_program(path: Path = SHIPPED) -> str:
     return f"firmware {told['firmware']}, protocol {told['protocol']}"
 
 
-def refuse_unfit(port: UsbPort) -> str:
+def refuse_unfit(port: ListPortInfo) -> str:
     """Name of the board on a port, as far as USB tells. Raises MuscleBayesError where it cannot run it."""
-    if port.kind in UNFIT:
+    kind = (port.vid, port.pid)
+    if kind in UNFIT:
         raise MuscleBayesError(
-            f"{port.device}: an {UNFIT[port.kind]}; the firmware runs on an ATmega328P. Fix: use an "
+            f"{port.device}: an {UNFIT[kind]}; the firmware runs on an ATmega328P. Fix: use an "
             "Arduino Uno (up to R3), Duemilanove or Nano, or a clone of one."
         )
-    known = {**FITS, **MAY_FIT}
-    return known.get(port.kind, "unknown board") if port.kind is not None else "unknown board"
+    return FIT.get(kind, "unknown board")
 
 
-def choose_port(ports: Sequence[UsbPort], wanted: str | None) -> UsbPort:
+def choose_port(ports: Sequence[ListPortInfo], wanted: str | None) -> ListPortInfo:
     """The port that was named, or the only one that may be a board's. Raises MuscleBayesError."""
     if wanted is not None:
-        return next((port for port in ports if port.device == wanted), UsbPort(wanted))
-    possible = [port for port in ports if port.kind in FITS or port.kind in MAY_FIT]
+        return next((port for port in ports if port.device == wanted), ListPortInfo(wanted))
+    possible = [port for port in ports if (port.vid, port.pid) in FIT]
     if len(possible) == 1:
         return possible[0]
     for port in ports:
@@ -122,7 +100,7 @@ def choose_port(ports: Sequence[UsbPort], wanted: str | None) -> UsbPort:
 
 
 def flash(
-    port: UsbPort,
+    port: ListPortInfo,
     program: Path,
     avrdude: Path,
     bauds: Sequence[int] = BAUDS,

@@ -26,6 +26,8 @@ def flash(
         muscle-bayes flash
         muscle-bayes flash --port /dev/ttyUSB0 --hex firmware/build/muscle_bench.hex
     """
+    from serial.tools.list_ports import comports
+
     from muscle_bayes.bench.boards.board import Board
     from muscle_bayes.bench.boards.clock import RealClock
     from muscle_bayes.bench.boards.flashing import (
@@ -34,7 +36,6 @@ def flash(
         choose_port,
         find_avrdude,
         refuse_unfit,
-        usb_ports,
     )
     from muscle_bayes.bench.boards.flashing import flash as load
     from muscle_bayes.bench.boards.transport import SerialTransport
@@ -42,7 +43,7 @@ def flash(
     if hex is not None and not hex.is_file():
         raise MuscleBayesError(f"{hex}: no such file. Fix: run `make firmware`.")
     what = check_program() if hex is None else str(hex)
-    chosen = choose_port(usb_ports(), port)
+    chosen = choose_port(comports(), port)
     name = refuse_unfit(chosen)
     avrdude = find_avrdude()
     typer.echo(f"{chosen.device}: {name}; loading {what} ...", err=True)
