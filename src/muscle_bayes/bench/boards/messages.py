@@ -4,7 +4,6 @@ The encoder and the decoder (`protocol`) work from it, and so do the tables of d
 """
 
 import tomllib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag, StrEnum
 from pathlib import Path
@@ -127,11 +126,7 @@ class Table:
         raise MuscleBayesError(f"{verb!r} is no command. Fix: one of {known}.")
 
 
-def _read() -> dict[str, Any]:
-    return tomllib.loads(Path(__file__).with_name("protocol.toml").read_text(encoding="utf-8"))
-
-
-_TOLD: Final = _read()
+_TOLD: Final = tomllib.loads(Path(__file__).with_name("protocol.toml").read_text(encoding="utf-8"))
 FAULT_MEANINGS: Final = {Fault[name]: text for name, text in _TOLD["faults"].items()}
 ERRORS: Final[dict[str, str]] = _TOLD["errors"]
 """Codes of an ERR reply."""
@@ -142,22 +137,15 @@ FIELDS: Final = {
 SEQUENCE: Final = FIELDS["SEQ"]
 
 
-def _fields(names: Sequence[str] = ()) -> tuple[Field, ...]:
-    return tuple(FIELDS[name] for name in names)
+def _with_fields(told: dict[str, Any]) -> dict[str, Any]:
+    """A command's or notice's table, names of fields replaced by these."""
+    return {
+        key: tuple(FIELDS[name] for name in value) if isinstance(value, list) else value
+        for key, value in told.items()
+    }
 
 
 MESSAGES: Final = Table(
-    commands=tuple(
-        Command(
-            one["verb"],
-            one["does"],
-            _fields(one.get("arguments", ())),
-            _fields(one.get("answer", ())),
-        )
-        for one in _TOLD["commands"]
-    ),
-    notices=tuple(
-        Notice(one["start"], one["word"], one["does"], _fields(one["fields"]))
-        for one in _TOLD["notices"]
-    ),
+    commands=tuple(Command(**_with_fields(one)) for one in _TOLD["commands"]),
+    notices=tuple(Notice(**_with_fields(one)) for one in _TOLD["notices"]),
 )

@@ -21,13 +21,10 @@ from muscle_bayes.data import Load as LoadTable
 from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
 from muscle_bayes.data.describing.metadata import Protocol
 from muscle_bayes.data.describing.sizes import Mass
+from muscle_bayes.data.describing.tables import _as_tuple
 
 HOTTEST = 105.0
 """Highest setpoint that is taken, C."""
-
-
-def _as_tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 Setpoint = Annotated[float, Field(ge=0, le=HOTTEST, allow_inf_nan=False)]

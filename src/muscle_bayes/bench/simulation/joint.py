@@ -23,17 +23,8 @@ def build_firmware(header: Path, folder: Path) -> Path:
             "firmware-tools` once, or drive the real bench with --real"
         )
     target = folder / "muscle_bench.elf"
-    command = [
-        "make",
-        "-s",
-        "-C",
-        SOURCES,
-        f"GAINS={header.resolve()}",
-        f"BUILD={folder.resolve()}",
-    ]
-    made = subprocess.run(
-        [*map(str, command), str(target.resolve())], capture_output=True, text=True, check=False
-    )
+    told = [f"GAINS={header.resolve()}", f"BUILD={folder.resolve()}", str(target.resolve())]
+    made = subprocess.run(["make", "-s", "-C", SOURCES, *told], capture_output=True, text=True)
     if made.returncode != 0:
         raise MuscleBayesError(
             f"{header}: the firmware does not compile with it: {made.stderr.strip()[-300:]}. "

@@ -169,14 +169,8 @@ def _plotted(session: "Session") -> Iterator[None]:
     import sys
 
     names = [plan.name for plan in session.plans()]
-    arguments = [
-        sys.executable,
-        "-m",
-        "muscle_bayes.bench.recording.live_plot",
-        str(session.folder),
-        *names,
-    ]
-    window = subprocess.Popen(arguments, stdin=subprocess.DEVNULL)
+    drawing = [sys.executable, "-m", "muscle_bayes.bench.recording.live_plot"]
+    window = subprocess.Popen([*drawing, session.folder, *names], stdin=subprocess.DEVNULL)
     try:
         yield
     finally:
