@@ -4,6 +4,8 @@ The rule: whatever part of the loop is missing, the heaters go off at once; a li
 taken up again; what a person has to look at ends the run.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 from muscle_bayes.bench.boards.board import Board, BoardError
@@ -64,18 +66,16 @@ class Guard:
     def listen(self) -> list[TimedSample]:
         """Take what meter and sensor board have sent; the samples."""
         meter, sensor = self._devices.meter, self._devices.sensor
-        try:
-            if meter.device is not None:
+        samples: list[TimedSample] = []
+        if meter.device is not None:
+            with self._lost_on_error(meter):
                 meter.device.poll()
                 self._heating.trust(meter.device)
                 self._heating.take(meter.device.latest)
-        except MeterError as error:
-            self._lose(meter, error)
-        try:
-            return [] if sensor.device is None else self._stream.poll(sensor.device)
-        except BoardError as error:
-            self._lose(sensor, error)
-            return []
+        if sensor.device is not None:
+            with self._lost_on_error(sensor):
+                samples = self._stream.poll(sensor.device)
+        return samples
 
     def look(self, now: float) -> bool:
         """Judge readings, heater board and lines; True where control was lost and begins anew.
@@ -93,33 +93,27 @@ class Guard:
         link = self._devices.heater
         if link.device is None:
             return
-        try:
+        with self._lost_on_error(link):
             link.device.command_duty(*duties, *self._heating.temperatures)
             self._heating.fan = self.fan
             if link.device.fan != self.fan:
                 link.device.command_fan(self.fan)
-        except BoardError as error:
-            self._lose(link, error)
 
     def recover(self, now: float) -> None:
         """Open again what is away and restart what stalls; call it with the heaters off."""
         sensor, heater, meter = self._devices.sensor, self._devices.heater, self._devices.meter
-        try:
+        with self._lost_on_error(sensor):
             if sensor.device is None:
                 if (board := sensor.retry()) is not None:
                     self._tell("sensor board is back")
                     self._stream.start(board)
             elif self._stream.stalled(now):
                 self._stream.restart(sensor.device)
-        except BoardError as error:
-            self._lose(sensor, error)
-        try:
+        with self._lost_on_error(heater):
             if heater.device is None and (board := heater.retry()) is not None:
                 self._tell("heater board is back")
                 self._count("the heater board was away")
                 self._prepare(board)
-        except BoardError as error:
-            self._lose(heater, error)
         if meter.device is None and meter.retry() is not None:
             self._tell("meter is back")
 
@@ -154,7 +148,7 @@ class Guard:
         link = self._devices.heater
         if link.device is None:
             return
-        try:
+        with self._lost_on_error(link):
             for message in link.device.poll():
                 if isinstance(message, Boot) and message.identity.boot != self._boot:
                     identity = message.identity
@@ -163,8 +157,6 @@ class Guard:
                     self._count("the heater board was reset")
                     self._prepare(link.device)
             self._treat_faults(link.device)
-        except BoardError as error:
-            self._lose(link, error)
 
     def _prepare(self, board: Board) -> None:
         """Heaters off, faults treated, limits set. Raises BoardError and RecordingError."""
@@ -229,6 +221,11 @@ class Guard:
             lasted = now - self._since
             raise RecordingError(f"{found[0].rstrip('.')}. It lasted {lasted:.0f} s")
 
-    def _lose(self, link: Link[Any], error: MuscleBayesError) -> None:
-        self._tell(f"{link.name} lost", why=str(error))
-        link.lose(error)
+    @contextmanager
+    def _lost_on_error(self, link: Link[Any]) -> Iterator[None]:
+        """Let a line go, and tell so, where its device fails."""
+        try:
+            yield
+        except (BoardError, MeterError) as error:
+            self._tell(f"{link.name} lost", why=str(error))
+            link.lose(error)
