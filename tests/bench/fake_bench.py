@@ -234,9 +234,6 @@ class FakeOperator:
             return "go"
         return None
 
-    def close(self) -> None:
-        pass
-
 
 @dataclass
 class FakeBench:

@@ -99,17 +99,11 @@ def choose_port(ports: Sequence[ListPortInfo], wanted: str | None) -> ListPortIn
     )
 
 
-def flash(
-    port: ListPortInfo,
-    program: Path,
-    avrdude: Path,
-    bauds: Sequence[int] = BAUDS,
-    run: Run | None = None,
-) -> int:
+def flash(port: ListPortInfo, program: Path, avrdude: Path, run: Run | None = None) -> int:
     """Load a board through its boot loader; the baud rate that worked. Raises MuscleBayesError."""
     refuse_unfit(port)
     said = ""
-    for baud in bauds:
+    for baud in BAUDS:
         command = [
             str(avrdude), "-p", "atmega328p", "-c", "arduino", "-P", port.device, "-b", str(baud),
             "-D", "-U", f"flash:w:{program}:i",

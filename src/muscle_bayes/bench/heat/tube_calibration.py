@@ -88,8 +88,7 @@ def record_pulse(board: Board, meter: MeterSource, clock: Clock, channel: int) -
         rows.append((time, shown, np.nan if other is None else other, duty))
         clock.sleep(_PERIOD)
     board.off()
-    columns = np.array(rows, dtype=np.float64).T
-    return Pulse(columns[0], columns[1], columns[2], columns[3])
+    return Pulse(*np.array(rows, dtype=np.float64).T)
 
 
 def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
@@ -108,7 +107,7 @@ def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
             "put each thermocouple into its own tube, A to T1 and B to T2."
         )
 
-    def predicted(parameters: np.ndarray) -> np.ndarray:
+    def residuals(parameters: np.ndarray) -> np.ndarray:
         rate, cooling, room, delay, warmth = parameters
         steps = np.diff(pulse.time, prepend=pulse.time[0])
         modelled = np.full(pulse.time.size, warmth)
@@ -116,15 +115,11 @@ def fit_pulse(pulse: Pulse, name: str) -> TubeFit:
             settled = rate * cooling * pulse.duty[n - 1] / 255
             decay = np.exp(-steps[n] / cooling)
             modelled[n] = settled + (modelled[n - 1] - settled) * decay
-        return room + np.interp(pulse.time - delay, pulse.time, modelled)
+        return room + np.interp(pulse.time - delay, pulse.time, modelled) - pulse.shown
 
     guess = [rise * 255 / (DUTY * PULSE), 40.0, float(start) - 0.1, 0.4, 0.1]
     lowest = [1e-3, 1.0, start - MOST_WARMTH, 0.0, 0.0]
     highest = [50.0, 1000.0, start + 5.0, 5.0, MOST_WARMTH]
-
-    def residuals(parameters: np.ndarray) -> np.ndarray:
-        return predicted(parameters) - pulse.shown
-
     found = least_squares(residuals, guess, bounds=(lowest, highest))
     rate, cooling, _, delay, _ = map(float, found.x)
     misfit = float(np.sqrt(np.mean(found.fun**2)))

@@ -13,9 +13,9 @@ from muscle_bayes.bench.boards.transport import Transport, TransportError, meter
 from muscle_bayes.errors import MuscleBayesError
 
 REQUEST: Final = b"#0A0000NA2\r\n"
-ANSWER_LENGTH: Final = 14
-_FIRST, _SECOND = 5, 10
-"""Bytes at which T1 and T2 begin, unsigned big endian, tenths of a degree."""
+_ANSWER: Final = struct.Struct(">5xH3xH2x")
+"""T1 and T2 among the bytes of an answer, unsigned big endian, tenths of a degree."""
+ANSWER_LENGTH: Final = _ANSWER.size
 OPEN_TENTHS: Final = 0xFFFF
 """What `format_answer` writes for an open channel (OL on the display)."""
 RANGE_TENTHS: Final = 13720
@@ -56,7 +56,7 @@ def raw_answer(answer: bytes) -> tuple[int, int]:
     """
     if len(answer) != ANSWER_LENGTH:
         raise ValueError(f"an answer has {ANSWER_LENGTH} bytes, this one {len(answer)}")
-    first, second = (struct.unpack_from(">H", answer, at)[0] for at in (_FIRST, _SECOND))
+    first, second = _ANSWER.unpack(answer)
     return first, second
 
 
@@ -78,11 +78,7 @@ def agrees(before: int, raw: int, passed: float) -> bool:
 
 def format_answer(temperatures: Sequence[float | None]) -> bytes:
     """The 14 bytes that the meter sends for T1 and T2 [C, None = open]; for emulations of it."""
-    answer = bytearray(ANSWER_LENGTH)
-    for at, value in zip((_FIRST, _SECOND), temperatures, strict=True):
-        tenths = OPEN_TENTHS if value is None else round(10 * value)
-        struct.pack_into(">H", answer, at, tenths)
-    return bytes(answer)
+    return _ANSWER.pack(*(OPEN_TENTHS if t is None else round(10 * t) for t in temperatures))
 
 
 class MeterSource(Protocol):

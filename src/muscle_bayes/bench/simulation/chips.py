@@ -30,9 +30,9 @@ LOAD_NOISE: Final = 60.0
 _TOP: Final = 1023
 
 
-def max31855_word(temperature: float | None, *, chip: float = CHIP_ROOM) -> int:
+def max31855_word(temperature: float | None) -> int:
     """32 bits for a thermocouple [C, None = open]."""
-    own = (round(chip / 0.0625) & 0xFFF) << 4
+    own = (round(CHIP_ROOM / 0.0625) & 0xFFF) << 4
     if temperature is None:
         return own | 1 << 16 | 1
     return (round(temperature / 0.25) & 0x3FFF) << 18 | own

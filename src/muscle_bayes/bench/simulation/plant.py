@@ -44,7 +44,6 @@ class TwinPlant:
             streams["potentiometer"],
             self.rig.truth.effects,
         )
-
         self._second = AngleSensor(
             self.rig.potentiometer,
             self.rig.potentiometer.zero_reading + SECOND_OFFSET,

@@ -121,13 +121,10 @@ class Processor:
 
     def run(self, milliseconds: int) -> tuple[float, float]:
         """Let time pass; mean duty (0-255) of both heater pins over it."""
-        library, bridge = self._library, self._bridge
-        self.run_cycles(milliseconds * CYCLES_PER_MS)
-        before = self._duty_cycles
-        first = library.bridge_duty_cycles(bridge, 0)
-        second = library.bridge_duty_cycles(bridge, 1)
+        cycles, before = milliseconds * CYCLES_PER_MS, self._duty_cycles
+        self.run_cycles(cycles)
+        first, second = (self._library.bridge_duty_cycles(self._bridge, pin) for pin in (0, 1))
         self._duty_cycles = (first, second)
-        cycles = milliseconds * CYCLES_PER_MS
         return (first - before[0]) / cycles, (second - before[1]) / cycles
 
     def run_cycles(self, cycles: int) -> None:
