@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from muscle_bayes.bench.holding.holder import Holder
+from muscle_bayes.bench.recording.holder import Holder
 from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.bench.sequences.sequence import Sequence, Stage
 from muscle_bayes.bench.sequences.sequence_file import run_metadata

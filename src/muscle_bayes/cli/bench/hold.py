@@ -112,7 +112,7 @@ def _drive(
     seed: int,
     json: Path | None,
 ) -> None:
-    from muscle_bayes.bench.holding.holder import Holder
+    from muscle_bayes.bench.recording.holder import Holder
     from muscle_bayes.bench.recording.run_file import RunFile
     from muscle_bayes.bench.sequences.sequence import Sequence, Stage
     from muscle_bayes.bench.sequences.sequence_file import read_rig, run_metadata
@@ -133,14 +133,10 @@ def _drive(
         board, source = devices.heater.open(), devices.meter.open()
         if bench is not None:
             tables = rig_tables(bench.plant.rig)
-        plan = Sequence(load=0.0, stage=(Stage(duration=duration),))
+        plan = Sequence(stage=(Stage(duration=duration),))
+        notes = "" if real else NOTES
         about = run_metadata(
-            plan,
-            f"{name}.toml",
-            "measured" if real else "synthetic",
-            tables,
-            0.0,
-            "" if real else NOTES,
+            plan, f"{name}.toml", "measured" if real else "synthetic", tables, 0.0, notes
         )
         report = stack.enter_context(shown_progress())
         holder = Holder(

@@ -1,1 +1,0 @@
-"""The board holds an angle: the host tells it where, reports temperatures, and logs."""
