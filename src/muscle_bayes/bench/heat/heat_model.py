@@ -68,10 +68,9 @@ MOST: Final = TubeModel(1000, 1000)
 class HeatModel:
     """One tube; `model` is None where it is not calibrated."""
 
-    def __init__(self, model: TubeModel | None = None, rise: float = 0.0) -> None:
-        """The tube may be `rise` [C] above the room at first."""
+    def __init__(self, model: TubeModel | None = None) -> None:
         self.model = model
-        self.most = round(10 * rise) * TENTH
+        self.most = 0
         """rise above the room that the tube has at most; this and the next four in 0.1 C / TENTH"""
         self.least = 0
         """rise that it has at least"""

@@ -29,6 +29,8 @@ _UPDATE: Final = 0.5
 """Longest time between two measurements of the meter, s."""
 NEW: Final = 1.0
 """Age up to which a reading says how warm it is now, s."""
+_POLL: Final = 0.01
+"""s between a thread's looks at its meter."""
 PAUSE: Final = 0.05
 """s from something that was no answer to the next request, so that its rest can pass."""
 
@@ -169,10 +171,9 @@ class Meter:
 class ThreadedMeter:
     """A meter that a thread of its own polls in real time, so that its waits delay nobody."""
 
-    def __init__(self, meter: MeterSource, period: float = 0.01) -> None:
+    def __init__(self, meter: MeterSource) -> None:
         self._meter = meter
         self.moved_within = meter.moved_within
-        self._period = period
         self._error: MuscleBayesError | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="meter", daemon=True)
@@ -198,7 +199,7 @@ class ThreadedMeter:
         self._meter.close()
 
     def _run(self) -> None:
-        while not self._stop.wait(self._period):
+        while not self._stop.wait(_POLL):
             try:
                 self._meter.poll()
             except MuscleBayesError as error:

@@ -18,6 +18,8 @@ from muscle_bayes.bench.recording.rows import RowWriter
 from muscle_bayes.bench.recording.run_file import RunFile
 from muscle_bayes.errors import MuscleBayesError
 
+PERIOD: Final = 0.03
+"""s between rows."""
 TOLD_EVERY: Final = 0.1
 """s between two HOLD commands; the board's dead-man waits 0.4 s."""
 MOST: Final = 1023
@@ -41,10 +43,9 @@ class Holder(RecordingLoop):
         aim: Aim,
         duration: float,
         *,
-        period: float = 0.03,
         progress: Callable[[float], None] = lambda time: None,
     ) -> None:
-        """`duration` and `period` between rows in s; `progress` follows the time [s].
+        """`duration` in s; `progress` follows the time [s].
 
         Raises MuscleBayesError where the metadata state no potentiometer.
         """
@@ -60,10 +61,10 @@ class Holder(RecordingLoop):
         self._zero, self._scale = float(sensor.zero_reading), float(sensor.radians_per_count)
         self._room = file.metadata.fixture.room_temperature
         self._heating = Heating((True, True), room=self._room)
-        self._stream = SampleStream(clock, period, self._tell)
+        self._stream = SampleStream(clock, PERIOD, self._tell)
         file.more = (AIM,)
         self._rows = RowWriter(
-            file, self._heating, period, self._tell, lambda: (board.heat, None), aim=self._wanted
+            file, self._heating, PERIOD, self._tell, lambda: (board.heat, None), aim=self._wanted
         )
         self._next = 0.0
 

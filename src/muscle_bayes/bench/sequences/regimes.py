@@ -29,22 +29,18 @@ T2_LOADS: Final = (0.700, 0.850, 1.000, 1.150)
 T2_TEMPERATURES: Final = (25.0, 50.0, 70.0, 90.0)
 
 
-def training(room: float, *, cycles: int = 5, load: float = TRAINING_LOAD) -> BenchSequence:
+def training(room: float) -> BenchSequence:
     """Cycles to 90 C at a small load, until the motion repeats; restores the short length."""
     stages = (Stage(setpoint_a=HOT), Stage(setpoint_a=room))
-    block = Repeat(repeat=cycles, until_within=REPEATABLE, stages=stages)
-    return BenchSequence(load=load, stage=(Stage(setpoint_a=room, duration=10.0), block))
+    block = Repeat(repeat=5, until_within=REPEATABLE, stages=stages)
+    return BenchSequence(load=TRAINING_LOAD, stage=(Stage(setpoint_a=room, duration=10.0), block))
 
 
 def staircase(
-    room: float,
-    loads: Sequence[float] = TEST_LOADS,
-    *,
-    climb: Sequence[float] = CLIMB,
-    cycles: int = 3,
+    room: float, loads: Sequence[float] = TEST_LOADS, *, cycles: int = 3
 ) -> BenchSequence:
     """A run a load: training, then steps up to 90 C and back to the room, repeated."""
-    steps = tuple(Stage(setpoint_a=at) for at in climb)
+    steps = tuple(Stage(setpoint_a=at) for at in CLIMB)
     runs = tuple(
         RunPlan(
             name=f"staircase-{grams(load)}",
@@ -59,12 +55,10 @@ def staircase(
     return BenchSequence(protocol="staircase", run=runs)
 
 
-def sawtooth(
-    room: float, loads: Sequence[float] = TEST_LOADS, *, cycles: int = 2, wait: float = 60.0
-) -> BenchSequence:
+def sawtooth(room: float, loads: Sequence[float] = TEST_LOADS) -> BenchSequence:
     """Training, then fast cycles to 90 C; the load grows between cycles, at room temperature."""
     first, *others = loads
-    cycle = Repeat(repeat=cycles, stages=(Stage(setpoint_a=HOT), Stage(setpoint_a=room, wait=wait)))
+    cycle = Repeat(repeat=2, stages=(Stage(setpoint_a=HOT), Stage(setpoint_a=room, wait=60.0)))
     blocks: list[Stage | Repeat] = [*_trained(room, first), cycle]
     for load in others:
         pour = Stage(setpoint_a=room, duration=20.0, load=load, pour_time=4.0)

@@ -28,6 +28,8 @@ NOTES: Final = (
 )
 _REACTION: Final = 0.5
 """s that the simulated operator takes to press the key."""
+_TURNS, _HOLDS = 2.0, 1.0
+"""s in which the simulated hand turns the rotor, and for which it holds it at an endstop."""
 
 
 def simulated_devices(bench: SimulatedBench) -> Devices:
@@ -131,19 +133,16 @@ def rig_tables(rig: Rig, bench: SimulatedBench | None = None) -> dict[str, Any]:
 class SimulatedHand:
     """Turns the rotor from one endstop to the other and back, holding it at each."""
 
-    def __init__(
-        self, bench: SimulatedBench, plant: TwinPlant, *, turn: float = 2.0, hold: float = 1.0
-    ) -> None:
-        """`turn` and `hold` in s; the first endstop is the lower one."""
+    def __init__(self, bench: SimulatedBench, plant: TwinPlant) -> None:
+        """The first endstop is the lower one."""
         self._plant = plant
-        self._turn, self._hold = turn, hold
         self._start = bench.clock.now()
         bench.listeners.append(self._move)
 
     def _move(self, milliseconds: int) -> None:
         lower, upper = self._plant.rig.fixture.stops
-        leg = self._turn + self._hold
-        passed = (milliseconds / 1000 - self._start + 0.5 * self._turn) % (2 * leg)
-        share = min(passed % leg / self._turn, 1.0)
+        leg = _TURNS + _HOLDS
+        passed = (milliseconds / 1000 - self._start + 0.5 * _TURNS) % (2 * leg)
+        share = min(passed % leg / _TURNS, 1.0)
         ends = (upper, lower) if passed < leg else (lower, upper)
         self._plant.turn(ends[0] + share * (ends[1] - ends[0]))
