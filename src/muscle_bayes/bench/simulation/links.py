@@ -49,10 +49,6 @@ class Link:
     def close(self) -> None:
         """Nothing is held."""
 
-    def inject(self, data: bytes) -> None:
-        """Bytes that the device receives though no host sent them: noise on the line."""
-        self._device.send(data)
-
     def pull(self) -> None:
         """Pull the cable."""
         self.plugged = False
