@@ -10,10 +10,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin import protocols
 from muscle_bayes.twin.plant.rig import Rig
 from muscle_bayes.twin.plant.swings import spring_masses
-from muscle_bayes.twin.protocols import Protocol, Stage
-
-THESIS_MASSES = (0.139, 0.166, 0.212)
-"""Test loads of the muscle tests, kg."""
+from muscle_bayes.twin.protocols import THESIS_MASSES, Protocol, Stage
 
 
 def plan_runs(

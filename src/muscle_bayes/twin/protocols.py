@@ -1,7 +1,7 @@
 """Test protocols: stages of heater setpoints and load changes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from muscle_bayes.data.describing.sizes import check_mass
@@ -11,6 +11,12 @@ ProtocolName = Literal["spring", "staircase", "sawtooth", "free"]
 
 HOT = 90.0
 """Highest setpoint of staircase and sawtooth, C."""
+SETPOINTS = (32.0, 40.0, 48.0, 56.0, 64.0, 72.0, 80.0, 85.0, HOT)
+"""Of a staircase, C."""
+THESIS_MASSES = (0.139, 0.166, 0.212)
+"""Test loads of the muscle tests, kg."""
+TRAINING_LOAD = 0.060
+"""kg"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,75 +74,52 @@ class Protocol:
         _check_load(self.load)
 
 
-def spring(mass: float, *, duration: float = 12.0, rest_time: float = 4.0) -> Protocol:
+def spring(mass: float) -> Protocol:
     """Reference spring on side A, a weight on the disc, released at theta = 0 at the first row."""
     return Protocol(
         name="spring",
-        stages=(Stage(duration=duration),),
+        stages=(Stage(duration=12.0),),
         load=mass,
         initial_angle=0.0,
-        rest_time=rest_time,
+        rest_time=4.0,
     )
 
 
-def training(room: float, cycles: int, load: float) -> tuple[Stage, ...]:
-    """Unlogged cycles to 90 C at a small load, which restore the muscle's short length."""
-    cycle = (Stage(setpoint_a=HOT, logged=False), Stage(setpoint_a=room, logged=False))
-    first = Stage(setpoint_a=HOT, logged=False, load=load)
-    return (first, cycle[1], *(cycle * (cycles - 1)))
+def _training(room: float, mass: float) -> tuple[Stage, ...]:
+    """Two unlogged cycles at TRAINING_LOAD, which restore the muscle's short length.
+
+    Then a mass [kg] is poured on, and the log begins.
+    """
+    hot, cool = Stage(setpoint_a=HOT, logged=False), Stage(setpoint_a=room, logged=False)
+    return (
+        replace(hot, load=TRAINING_LOAD),
+        *(cool, hot, cool),
+        Stage(setpoint_a=room, duration=30.0, load=mass, pour_time=2.0, logged=False),
+        Stage(setpoint_a=room, duration=10.0),
+    )
 
 
-def staircase(
-    mass: float,
-    *,
-    room: float = 25.0,
-    setpoints: Sequence[float] = (32.0, 40.0, 48.0, 56.0, 64.0, 72.0, 80.0, 85.0, HOT),
-    cycles: int = 3,
-    training_cycles: int = 2,
-    training_load: float = 0.060,
-    log_period: float = 0.03,
-) -> Protocol:
+def staircase(mass: float, *, room: float = 25.0, cycles: int = 3) -> Protocol:
     """Training, then steps up to 90 C and a return to room temperature, repeated."""
-    climb = tuple(Stage(setpoint_a=setpoint) for setpoint in setpoints)
+    climb = tuple(Stage(setpoint_a=setpoint) for setpoint in SETPOINTS)
     return Protocol(
         name="staircase",
-        stages=(
-            *training(room, training_cycles, training_load),
-            Stage(setpoint_a=room, duration=30.0, load=mass, pour_time=2.0, logged=False),
-            Stage(setpoint_a=room, duration=10.0),
-            *((*climb, Stage(setpoint_a=room)) * cycles),
-        ),
-        load=training_load,
-        log_period=log_period,
+        stages=(*_training(room, mass), *((*climb, Stage(setpoint_a=room)) * cycles)),
+        load=TRAINING_LOAD,
     )
 
 
 def sawtooth(
-    masses: Sequence[float] = (0.139, 0.166, 0.212),
-    *,
-    room: float = 25.0,
-    cycles: int = 2,
-    wait: float = 60.0,
-    pour_time: float = 4.0,
-    training_cycles: int = 2,
-    training_load: float = 0.060,
-    log_period: float = 0.03,
+    masses: Sequence[float] = THESIS_MASSES, *, room: float = 25.0, cycles: int = 2
 ) -> Protocol:
     """Training, then fast cycles to 90 C; the load grows between cycles, at room temperature."""
     first, *others = masses
-    cycle = (Stage(setpoint_a=HOT), Stage(setpoint_a=room, wait=wait))
-    stages = [
-        *training(room, training_cycles, training_load),
-        Stage(setpoint_a=room, duration=30.0, load=first, pour_time=2.0, logged=False),
-        Stage(setpoint_a=room, duration=10.0),
-        *(cycle * cycles),
-    ]
+    cycle = (Stage(setpoint_a=HOT), Stage(setpoint_a=room, wait=60.0))
+    stages = [*_training(room, first), *(cycle * cycles)]
     for mass in others:
-        stages.append(Stage(setpoint_a=room, duration=20.0, load=mass, pour_time=pour_time))
+        stages.append(Stage(setpoint_a=room, duration=20.0, load=mass, pour_time=4.0))
         stages.extend(cycle * cycles)
-    return Protocol(
-        name="sawtooth", stages=tuple(stages), load=training_load, log_period=log_period
-    )
+    return Protocol(name="sawtooth", stages=tuple(stages), load=TRAINING_LOAD)
 
 
 def free(

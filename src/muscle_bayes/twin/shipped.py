@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from muscle_bayes.twin import protocols
 from muscle_bayes.twin.effects import Effect, make_effect
-from muscle_bayes.twin.plans import THESIS_MASSES
 from muscle_bayes.twin.plant.parameters import Truth
 from muscle_bayes.twin.plant.rig import Element, Fixture, Rig
-from muscle_bayes.twin.protocols import Protocol
+from muscle_bayes.twin.protocols import THESIS_MASSES, Protocol
 from muscle_bayes.twin.simulate import SimulatedRun, simulate
 from muscle_bayes.twin.storage import check_free, check_ours, save_runs
 
@@ -40,14 +40,11 @@ def shipped_runs(hidden: Sequence[Effect] = HIDDEN) -> dict[str, tuple[Rig, Prot
         plan[f"spring-{number}"] = (rig, protocols.spring(mass))
     rig = Rig(truth=Truth(effects=tuple(hidden)))
     for mass in THESIS_MASSES:
-        plan[f"staircase-{mass * 1000:.0f}g"] = (
-            rig,
-            replace(protocols.staircase(mass), log_period=SLOW_LOG_PERIOD),
-        )
-    plan["sawtooth"] = (
-        rig,
-        replace(protocols.sawtooth(THESIS_MASSES), log_period=SLOW_LOG_PERIOD),
-    )
+        plan[f"staircase-{mass * 1000:.0f}g"] = (rig, protocols.staircase(mass))
+    plan["sawtooth"] = (rig, protocols.sawtooth())
+    for name, (rig, protocol) in plan.items():
+        if protocol.name != "spring":
+            plan[name] = (rig, replace(protocol, log_period=SLOW_LOG_PERIOD))
     return plan
 
 
@@ -59,14 +56,9 @@ def simulate_shipped(
     """The shipped runs, or those named; `progress` hears a run's name and the share done of it."""
     runs = {}
     for number, (name, (rig, protocol)) in enumerate(shipped_runs(hidden).items()):
-        if names is not None and name not in names:
-            continue
-
-        def told(share: float, name: str = name) -> None:
-            if progress is not None:
-                progress(name, share)
-
-        runs[name] = simulate(rig, protocol, (SEED, number), told)
+        if names is None or name in names:
+            told = None if progress is None else partial(progress, name)
+            runs[name] = simulate(rig, protocol, (SEED, number), told)
     return runs
 
 
