@@ -74,8 +74,6 @@ class Bench:
             load_scales=[e.load_torque for e in truth.effects if e.overrides("load_torque")],
         )
         self.rotor.hang(load)
-        for channel in self.channels:
-            channel.tube.advance(0.0, 0.0)
         for puller in filter(None, pullers):
             puller.begin(fixture.room_temperature, fixture.room_temperature, 1.0)
 

@@ -1,6 +1,7 @@
 """A run in progress: stages, controllers, loads and log rows on one clock."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from muscle_bayes.errors import MuscleBayesError
@@ -27,29 +28,25 @@ class Hidden(NamedTuple):
     load: float
 
 
+@dataclass
 class Recording:
-    """Runs a protocol on a bench; `rows` is the log, `trace` the hidden state at each row."""
+    """Runs a protocol on a bench; `rows` is the log, `trace` the hidden state at each row.
 
-    def __init__(
-        self,
-        bench: Bench,
-        protocol: Protocol,
-        meter: ThermocoupleMeter,
-        sensor: AngleSensor,
-        clock: RowClock,
-        progress: Callable[[float], None] | None = None,
-        delay: float = 0.0,
-    ) -> None:
-        self.bench = bench
-        self.protocol = protocol
-        self.loads = LoadSchedule(protocol.load)
+    `progress` hears the share of stages done; temperatures are logged late by `delay` [s].
+    """
+
+    bench: Bench
+    protocol: Protocol
+    meter: ThermocoupleMeter
+    sensor: AngleSensor
+    clock: RowClock
+    progress: Callable[[float], None] | None = None
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.loads = LoadSchedule(self.protocol.load)
         self.rows: list[Row] = []
         self.trace: list[Hidden] = []
-        self._meter = meter
-        self._sensor = sensor
-        self._clock = clock
-        self._progress = progress
-        self._delay = delay
         self._origin: float | None = None
         self._next_row = float("inf")
         self._row_time = 0.0
@@ -61,12 +58,12 @@ class Recording:
         tick = 0
         for number, stage in enumerate(self.protocol.stages):
             tick = self._run_stage(stage, tick)
-            if self._progress is not None:
-                self._progress((number + 1) / len(self.protocol.stages))
+            if self.progress is not None:
+                self.progress((number + 1) / len(self.protocol.stages))
         if self._origin is None:
             raise MuscleBayesError("no stage of this protocol is logged")
-        if self._delay != 0.0:
-            self.rows = logged_late(self.rows, self._meter.history, self._origin, self._delay)
+        if self.delay != 0.0:
+            self.rows = logged_late(self.rows, self.meter.history, self._origin, self.delay)
 
     def _run_stage(self, stage: Stage, tick: int) -> int:
         start = tick * PERIOD
@@ -106,8 +103,8 @@ class Recording:
 
     def _control(self, time: float) -> None:
         first, second = self.bench.channels
-        self._meter.poll(time, (first.tube.temperature, second.tube.temperature))
-        for channel, reading in zip(self.bench.channels, self._meter.readings, strict=True):
+        self.meter.poll(time, (first.tube.temperature, second.tube.temperature))
+        for channel, reading in zip(self.bench.channels, self.meter.readings, strict=True):
             channel.pwm = channel.controller.update(reading, time)
 
     def _advance(self, time: float, end: float) -> None:
@@ -134,7 +131,7 @@ class Recording:
         assert self._origin is not None
         at = self._row_time
         bench, rotor = self.bench, self.bench.rotor
-        (a, b), (reading_a, reading_b) = bench.channels, self._meter.readings
+        (a, b), (reading_a, reading_b) = bench.channels, self.meter.readings
         self.rows.append(
             (
                 at,
@@ -144,8 +141,8 @@ class Recording:
                 reading_b,
                 b.controller.setpoint or 0.0,
                 int(b.controller.stable),
-                int(self._meter.updated),
-                self._sensor.read(rotor.angle, at),
+                int(self.meter.updated),
+                self.sensor.read(rotor.angle, at),
             )
         )
         hyst_a, hyst_b = (m.hyst if m is not None else 0.0 for m in bench.muscles)
@@ -160,8 +157,8 @@ class Recording:
                 load=self.loads.mass,
             )
         )
-        self._meter.updated = False
-        self._row_time = self._clock.after(at)
+        self.meter.updated = False
+        self._row_time = self.clock.after(at)
         self._next_row = self._origin + self._row_time
 
     def _at_rest(self) -> bool:

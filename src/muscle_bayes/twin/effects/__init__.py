@@ -3,58 +3,33 @@
 from dataclasses import fields
 
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
-from muscle_bayes.twin.effects.base import Creep, Effect, Follower
-from muscle_bayes.twin.effects.creep import FirstCycleSet, SecondRelaxation
-from muscle_bayes.twin.effects.muscle import (
-    CoilContact,
-    DamperLaw,
-    HysteresisYield,
-    ModulusTemperature,
-    Slack,
-)
-from muscle_bayes.twin.effects.rotor import (
-    BiasTorque,
-    Cogging,
-    ForceScale,
-    LoadDependentFriction,
-    PositionDependentFriction,
-    QuadraticDrag,
-    StribeckFriction,
-    ViscousFriction,
-)
-from muscle_bayes.twin.effects.sensing import (
-    Backlash,
-    ClockOffset,
-    PartialHeating,
-    PotentiometerNonlinearity,
-    ThermalLag,
-    ZeroDrift,
-)
+from muscle_bayes.twin.effects import creep, muscle, rotor, sensing
+from muscle_bayes.twin.effects.base import Effect
 
 EFFECTS: dict[str, type[Effect]] = {
     kind.name: kind
     for kind in (
-        Backlash,
-        BiasTorque,
-        ClockOffset,
-        Cogging,
-        CoilContact,
-        DamperLaw,
-        FirstCycleSet,
-        ForceScale,
-        HysteresisYield,
-        LoadDependentFriction,
-        ModulusTemperature,
-        PartialHeating,
-        PositionDependentFriction,
-        PotentiometerNonlinearity,
-        QuadraticDrag,
-        SecondRelaxation,
-        Slack,
-        StribeckFriction,
-        ThermalLag,
-        ViscousFriction,
-        ZeroDrift,
+        sensing.Backlash,
+        rotor.BiasTorque,
+        sensing.ClockOffset,
+        rotor.Cogging,
+        muscle.CoilContact,
+        muscle.DamperLaw,
+        creep.FirstCycleSet,
+        rotor.ForceScale,
+        muscle.HysteresisYield,
+        rotor.LoadDependentFriction,
+        muscle.ModulusTemperature,
+        sensing.PartialHeating,
+        rotor.PositionDependentFriction,
+        sensing.PotentiometerNonlinearity,
+        rotor.QuadraticDrag,
+        creep.SecondRelaxation,
+        muscle.Slack,
+        rotor.StribeckFriction,
+        sensing.ThermalLag,
+        rotor.ViscousFriction,
+        sensing.ZeroDrift,
     )
 }
 
@@ -94,4 +69,4 @@ def parse_effect(text: str) -> Effect:
     return make_effect(name.strip(), **values)
 
 
-__all__ = ["EFFECTS", "Creep", "Effect", "Follower", "make_effect", "parse_effect"]
+__all__ = ["EFFECTS", "Effect", "make_effect", "parse_effect"]

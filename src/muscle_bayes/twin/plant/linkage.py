@@ -1,29 +1,23 @@
 """One side of the fixture: an element between a rotor pin and a stator pin (eq. 7-10)."""
 
+from dataclasses import dataclass
 from math import cos, sin, sqrt
 
 from muscle_bayes.twin.plant.springs import Puller
 
 
+@dataclass
 class Side:
     """Side A where direction is +1; side B, its mirror image, where direction is -1.
 
     Mirrored, both sides share one formula: side B sees -theta and its torque turns the other way.
     """
 
-    def __init__(
-        self,
-        element: Puller,
-        rotor_radius: float,
-        anchor_x: float,
-        anchor_y: float,
-        direction: int = 1,
-    ) -> None:
-        self.element = element
-        self.rotor_radius = rotor_radius
-        self.anchor_x = anchor_x
-        self.anchor_y = anchor_y
-        self.direction = direction
+    element: Puller
+    rotor_radius: float
+    anchor_x: float
+    anchor_y: float
+    direction: int = 1
 
     def length(self, angle: float) -> float:
         """Pin-to-pin length (eq. 7, 8), m."""

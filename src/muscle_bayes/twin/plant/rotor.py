@@ -6,44 +6,34 @@ While it sticks, the elements relax at a constant angle, and the instant at whic
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass
 from math import ceil, inf
 
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.twin.plant.linkage import Side
 
 
+@dataclass
 class Rotor:
     """State and laws of motion; angles in rad, torques in N m."""
 
-    def __init__(
-        self,
-        sides: Sequence[Side],
-        *,
-        inertia: float,
-        dry_friction: float,
-        viscous_friction: float,
-        disc_radius: float,
-        stops: tuple[float, float],
-        slip_step: float,
-        extra_torques: Sequence[Callable[[float, float], float]] = (),
-        friction_laws: Sequence[Callable[[float, float, float, float], float]] = (),
-        load_scales: Sequence[Callable[[float], float]] = (),
-    ) -> None:
-        self.sides = tuple(sides)
-        self.inertia = inertia
-        self.dry_friction = dry_friction
-        self.viscous_friction = viscous_friction
-        self.disc_radius = disc_radius
-        self.stops = stops
-        self.slip_step = slip_step
-        self.extra_torques = tuple(extra_torques)
-        self.friction_laws = tuple(friction_laws)
-        self.load_scales = tuple(load_scales)
-        self.angle = 0.0
-        self.velocity = 0.0
-        self.slipping = False
-        self.load_torque = 0.0
-        self.total_inertia = inertia
+    sides: Sequence[Side]
+    _: KW_ONLY
+    inertia: float
+    dry_friction: float
+    viscous_friction: float
+    disc_radius: float
+    stops: tuple[float, float]
+    slip_step: float
+    extra_torques: Sequence[Callable[[float, float], float]] = ()
+    friction_laws: Sequence[Callable[[float, float, float, float], float]] = ()
+    load_scales: Sequence[Callable[[float], float]] = ()
+    angle: float = 0.0
+    velocity: float = 0.0
+    slipping: bool = False
+
+    def __post_init__(self) -> None:
+        self.hang(0.0)
 
     def hang(self, mass: float) -> None:
         """Put a mass [kg] on the cable: torque m g R_d and inertia m R_d^2."""

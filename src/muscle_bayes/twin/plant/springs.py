@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from math import expm1
-from typing import Protocol
 
 from muscle_bayes.conventions import SPRING_INTERCEPT, SPRING_MIN_LENGTH, SPRING_RATE
 from muscle_bayes.twin.effects import Effect
@@ -12,11 +11,12 @@ DAMPER_FLOOR = 1e-3
 """Least B_hyst, N s/m: eq. 17 falls through zero at T = -T_hyst_offset, which no damper does."""
 
 
-class Puller(Protocol):
-    """An element as the rotor sees it."""
+class Puller:
+    """An element as the rotor sees it; one that has no state of its own need only pull."""
 
     def tension(self, length: float) -> float:
         """Tension at a pin-to-pin length [m], N."""
+        raise NotImplementedError
 
     def begin(self, before: float, after: float, duration: float) -> None:
         """Announce an interval [s] of a temperature that goes linearly from before to after [C]."""
@@ -28,23 +28,14 @@ class Puller(Protocol):
         """Keep only that fraction of the last advance."""
 
 
-class ReferenceSpring:
+class ReferenceSpring(Puller):
     """Massless, lossless spring of eq. 12; shorter than its least length it keeps that force."""
 
     def tension(self, length: float) -> float:
         return SPRING_RATE * max(length, SPRING_MIN_LENGTH) + SPRING_INTERCEPT
 
-    def begin(self, before: float, after: float, duration: float) -> None:
-        pass
 
-    def advance(self, step: float) -> None:
-        pass
-
-    def rewind(self, fraction: float) -> None:
-        pass
-
-
-class Muscle:
+class Muscle(Puller):
     """MODULUS, OFFSET and HYST in series."""
 
     def __init__(
