@@ -14,7 +14,7 @@ from muscle_bayes.data import (
     RunError,
     read_metadata,
 )
-from muscle_bayes.data.describing.metadata_file import parse_metadata
+from muscle_bayes.data.describing.metadata import parse_metadata
 
 
 def test_defaults():

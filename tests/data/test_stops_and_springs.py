@@ -7,7 +7,7 @@ import pytest
 from swing_log import HEAT, SWING, TIME, csv, toml
 
 from muscle_bayes.data import RunError, SpringElement
-from muscle_bayes.data.describing.metadata_file import parse_metadata
+from muscle_bayes.data.describing.metadata import parse_metadata
 from muscle_bayes.data.writer import to_toml
 
 ARM = '"arm"\nmass = 0.3\ncentre_distance = 0.2'

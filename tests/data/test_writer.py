@@ -18,7 +18,7 @@ from muscle_bayes.data import (
     read_run,
     write_run,
 )
-from muscle_bayes.data.describing.metadata_file import parse_metadata
+from muscle_bayes.data.describing.metadata import parse_metadata
 from muscle_bayes.data.writer import to_toml
 
 RNG = np.random.default_rng(7)

@@ -72,7 +72,7 @@ def init(
         muscle-bayes init mylog.csv
         muscle-bayes init mylog.csv --position angle --position-unit deg --element none --no-ask
     """
-    from muscle_bayes.data.describing.metadata_file import parse_metadata
+    from muscle_bayes.data.describing.metadata import parse_metadata
     from muscle_bayes.data.errors import RunError
     from muscle_bayes.data.files import read_bytes
     from muscle_bayes.data.guessing.answers import Answers

@@ -10,8 +10,7 @@ from muscle_bayes.data.describing.elements import (
     SpringElement,
 )
 from muscle_bayes.data.describing.log_format import LogFormat
-from muscle_bayes.data.describing.metadata import Metadata, Origin, Protocol
-from muscle_bayes.data.describing.metadata_file import read_metadata
+from muscle_bayes.data.describing.metadata import Metadata, Origin, Protocol, read_metadata
 from muscle_bayes.data.describing.tables import (
     Drive,
     Fixture,

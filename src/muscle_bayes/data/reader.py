@@ -13,8 +13,7 @@ from muscle_bayes.data.checking.magnitudes import check_magnitudes, check_positi
 from muscle_bayes.data.checking.stops import refuse_beyond_stops
 from muscle_bayes.data.checking.unreadable import refuse_unreadable_column
 from muscle_bayes.data.describing.columns import HEATER_COLUMNS
-from muscle_bayes.data.describing.metadata import Metadata
-from muscle_bayes.data.describing.metadata_file import parse_metadata
+from muscle_bayes.data.describing.metadata import Metadata, parse_metadata
 from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.files import LOG_SUFFIXES, find_runs, log_beside, read_bytes

@@ -143,10 +143,23 @@ SI_OF_DRIVE: Final[dict[Kind, str]] = {
 
 POWERS: Final[tuple[Kind, ...]] = ("power", "current", "voltage", "duty")
 """What may heat a muscle."""
-_POSITIONS: Final[dict[Motion, tuple[Kind, ...]]] = {
+POSITIONS: Final[dict[Motion, tuple[Kind, ...]]] = {
     "rotary": ("counts", "angle", "angular velocity"),
     "linear": ("length", "velocity"),
 }
+"""What a position column of a rig may hold."""
+DRIVES: Final[dict[Motion, tuple[Kind, ...]]] = {
+    "rotary": ("torque", "current", "voltage", "duty"),
+    "linear": ("force", "current", "voltage", "duty"),
+}
+"""What a drive column of a rig may hold: its force first."""
+ALL_POSITIONS: Final[tuple[Kind, ...]] = (
+    "counts",
+    "angle",
+    "length",
+    "angular velocity",
+    "velocity",
+)
 
 
 @dataclass(frozen=True)
@@ -167,35 +180,6 @@ class Unit:
         )
 
 
-def drive_kinds(motion: Motion) -> tuple[Kind, ...]:
-    """What a drive column of a rig with this motion may hold: its force first."""
-    return ("force" if motion == "linear" else "torque", "current", "voltage", "duty")
-
-
-def position_kinds(motion: Motion) -> tuple[Kind, ...]:
-    """What a position column of a rig with this motion may hold."""
-    return _POSITIONS[motion]
-
-
-def column_kinds(column: str, motion: Motion, has_torque: bool) -> tuple[tuple[Kind, ...], str]:
-    """What a run's column may hold on such a rig, and its unit where none is stated.
-
-    `has_torque`: what is measured of element_a is one, and no force.
-    """
-    drive = drive_kinds(motion)
-    force: Kind = "torque" if has_torque else "force"
-    known: dict[str, tuple[tuple[Kind, ...], str]] = {
-        "time": (("time",), "s"),
-        "reading": (position_kinds(motion), COUNTS),
-        "load": (("mass",), "kg"),
-        "force": ((force,), "N*m" if has_torque else "N"),
-        "power_a": (POWERS, "W"),
-        "power_b": (POWERS, "W"),
-        "applied": (drive, "N" if drive[0] == "force" else "N*m"),
-    }
-    return known.get(column, (("temperature",), "degC"))
-
-
 def examples(kinds: tuple[Kind, ...]) -> str:
     """Units of these kinds, for a message."""
     return ", ".join(EXAMPLES[kind] for kind in kinds)
@@ -207,7 +191,7 @@ def unit_of(text: str, kinds: tuple[Kind, ...]) -> Unit | None:
     Aliases that mean something else elsewhere (C, F, Nm, rev) hold only among their own kind, and a
     mass may be given as a weight (N, gf): it is divided by the standard acceleration of gravity.
     """
-    clean = re.sub("[µμ]", "u", text.strip()).replace("·", "*")
+    clean = _clean(text)
     if "counts" in kinds and clean == COUNTS:
         return Unit(COUNTS, "counts", 1.0)
     for kind in kinds:
@@ -224,9 +208,19 @@ def unit_of(text: str, kinds: tuple[Kind, ...]) -> Unit | None:
     return None
 
 
+def stated_unit(key: str, text: str, kinds: tuple[Kind, ...]) -> Unit:
+    """The unit that a key of the metadata states. Raises ValueError where it names none of `kinds`."""
+    unit = unit_of(text, kinds)
+    if unit is None:
+        raise ValueError(
+            f"{key}: {text!r} is no unit of {' or '.join(kinds)}; give one such as {examples(kinds)}"
+        )
+    return unit
+
+
 def any_unit(text: str) -> Unit | None:
     """The unit that `text` names, of whatever kind that a log has a column of."""
-    clean = re.sub("[µμ]", "u", text.strip()).replace("·", "*")
+    clean = _clean(text)
     if clean.lower() in _AMBIGUOUS:
         return None
     return _parsed(clean, text) or unit_of(text, tuple(_ALIASES))
@@ -234,8 +228,11 @@ def any_unit(text: str) -> Unit | None:
 
 def is_unit(text: str) -> bool:
     """Whether `text` names a unit of anything at all, volts and pascals included."""
-    clean = re.sub("[µμ]", "u", text.strip()).replace("·", "*")
-    return any_unit(text) is not None or _quantity(clean) is not None
+    return any_unit(text) is not None or _quantity(_clean(text)) is not None
+
+
+def _clean(text: str) -> str:
+    return re.sub("[µμ]", "u", text.strip()).replace("·", "*")
 
 
 @cache

@@ -5,9 +5,9 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, PlainValidator, model_validator
 
-from muscle_bayes.data.describing.elements import Table
+from muscle_bayes.data.describing.elements import Table, _as_tuple
 from muscle_bayes.data.describing.sizes import Finite, NonNegative
-from muscle_bayes.data.units import COUNTS, Kind, examples, unit_of
+from muscle_bayes.data.units import ALL_POSITIONS, COUNTS, POWERS, Kind, stated_unit
 
 
 def _checked(value: Any) -> str | int:
@@ -34,17 +34,13 @@ Quantity = Literal["time", "position", "temperature_a", "temperature_b", "load",
 
 _UNITS: dict[str, tuple[Kind, ...]] = {
     "time_unit": ("time",),
-    "position_unit": ("counts", "angle", "length", "angular velocity", "velocity"),
+    "position_unit": ALL_POSITIONS,
     "temperature_unit": ("temperature",),
     "load_unit": ("mass",),
-    "power_unit": ("power", "current", "voltage", "duty"),
+    "power_unit": POWERS,
     "force_unit": ("force", "torque"),
     "applied_unit": ("force", "torque", "current", "voltage", "duty"),
 }
-
-
-def _quantities(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 class Columns(Table):
@@ -99,18 +95,15 @@ class Columns(Table):
     """-1 where a positive drive pulls against the coordinate"""
     applied_held: bool = False
     """whether a value holds until the next row, as a command does"""
-    accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_quantities)] = ()
+    accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_as_tuple)] = ()
     """columns whose unit is right although the header or the numbers speak against it"""
 
     @model_validator(mode="after")
     def _units_are_known(self) -> "Columns":
         for key, kinds in _UNITS.items():
             text = getattr(self, key)
-            if text is not None and unit_of(text, kinds) is None:
-                raise ValueError(
-                    f"{key}: {text!r} is no unit of {' or '.join(kinds)}; "
-                    f"give one such as {examples(kinds)}"
-                )
+            if text is not None:
+                stated_unit(key, text, kinds)
         return self
 
     @model_validator(mode="after")

@@ -1,5 +1,6 @@
 """NAME.toml as an immutable model. Lengths in m, angles in rad, masses in kg, temperatures in C."""
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import model_validator
@@ -24,14 +25,15 @@ from muscle_bayes.data.describing.tables import (
 )
 from muscle_bayes.data.units import (
     COUNTS,
+    DRIVES,
+    POSITIONS,
+    POWERS,
     Kind,
     Unit,
-    column_kinds,
-    drive_kinds,
     examples,
-    position_kinds,
     unit_of,
 )
+from muscle_bayes.data.validation import parse_table, read_table
 
 Protocol = Literal["spring", "staircase", "sawtooth", "free", "imposed"]
 Origin = Literal["measured", "synthetic"]
@@ -83,7 +85,17 @@ class Metadata(Table):
 
     def kinds_of(self, column: str) -> tuple[tuple[Kind, ...], str]:
         """What a run's column may hold on this rig, and its unit where none is stated."""
-        return column_kinds(column, self.fixture.motion, self.has_torque)
+        motion = self.fixture.motion
+        known: dict[str, tuple[tuple[Kind, ...], str]] = {
+            "time": (("time",), "s"),
+            "reading": (POSITIONS[motion], COUNTS),
+            "load": (("mass",), "kg"),
+            "force": (("torque",), "N*m") if self.has_torque else (("force",), "N"),
+            "power_a": (POWERS, "W"),
+            "power_b": (POWERS, "W"),
+            "applied": (DRIVES[motion], "N" if motion == "linear" else "N*m"),
+        }
+        return known.get(column, (("temperature",), "degC"))
 
     def _unit(self, stated: str | None, column: str) -> Unit:
         kinds, usual = self.kinds_of(column)
@@ -137,7 +149,7 @@ class Metadata(Table):
 
     def _check_position(self) -> None:
         text, motion = self.position_unit, self.fixture.motion
-        kinds = position_kinds(motion)
+        kinds = POSITIONS[motion]
         if text == COUNTS and motion == "rotary" and self.potentiometer is None:
             raise ValueError(
                 "potentiometer: missing, the position is in counts; add [potentiometer] with "
@@ -181,7 +193,7 @@ class Metadata(Table):
                         "log has none; give the column's number, the first being 1"
                     )
         if columns.applied_unit is not None:
-            fits = drive_kinds(self.fixture.motion)
+            fits = DRIVES[self.fixture.motion]
             if unit_of(columns.applied_unit, fits) is None:
                 raise ValueError(
                     f"columns.applied_unit: {columns.applied_unit!r} does not fit fixture.motion = "
@@ -293,3 +305,13 @@ class Metadata(Table):
                         f"fixture.{key}: missing, element_{side} is linked by pins; "
                         f"add {key} in m to [fixture]"
                     )
+
+
+def read_metadata(path: Path) -> Metadata:
+    """Read NAME.toml. Raises RunError, which names file, key and fix."""
+    return read_table(path, Metadata)
+
+
+def parse_metadata(content: bytes, path: Path | str) -> Metadata:
+    """The metadata in the bytes of a TOML file; `path` serves the messages. Raises RunError."""
+    return parse_table(content, path, Metadata)

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
 from muscle_bayes.data.describing.columns import ColumnName
-from muscle_bayes.data.describing.elements import Table
+from muscle_bayes.data.describing.elements import Table, _as_tuple
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.sizes import (
     Finite,
@@ -17,11 +17,7 @@ from muscle_bayes.data.describing.sizes import (
     RoomTemperature,
     check_mass,
 )
-from muscle_bayes.data.units import examples, unit_of
-
-
-def _as_tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+from muscle_bayes.data.units import stated_unit
 
 
 class Fixture(Table):
@@ -108,11 +104,8 @@ class ThermometerLog(Table):
     def _has_a_time(self) -> "ThermometerLog":
         if self.time is None and (self.log is None or self.log.sample_rate is None):
             raise ValueError("time: missing; name the time column of that file")
-        if self.time_unit is not None and unit_of(self.time_unit, ("time",)) is None:
-            raise ValueError(
-                f"time_unit: {self.time_unit!r} is no unit of time; "
-                f"give one such as {examples(('time',))}"
-            )
+        if self.time_unit is not None:
+            stated_unit("time_unit", self.time_unit, ("time",))
         return self
 
 
@@ -151,11 +144,7 @@ def _in_kilograms(value: Any) -> Any:
     """The table with its masses in kg, where it states another unit."""
     if not isinstance(value, dict) or not isinstance(value.get("unit"), str):
         return value
-    unit = unit_of(value["unit"], ("mass",))
-    if unit is None:
-        raise ValueError(
-            f"unit: {value['unit']!r} is no unit of mass; give one such as {examples(('mass',))}"
-        )
+    unit = stated_unit("unit", value["unit"], ("mass",))
     masses = value.get("mass")
     if isinstance(masses, list | tuple) and all(isinstance(mass, int | float) for mass in masses):
         masses = [mass * unit.factor for mass in masses] if unit.factor != 1.0 else masses

@@ -12,15 +12,8 @@ from muscle_bayes.data.guessing.guess import Guess
 from muscle_bayes.data.guessing.roles import Column
 from muscle_bayes.data.guessing.write import Entry
 from muscle_bayes.data.repairing.clock import median_spacing
-from muscle_bayes.data.units import Kind, Unit, examples, unit_of
+from muscle_bayes.data.units import ALL_POSITIONS, Kind, Unit, examples, unit_of
 
-POSITIONS: Final[tuple[Kind, ...]] = (
-    "counts",
-    "angle",
-    "length",
-    "angular velocity",
-    "velocity",
-)
 ELEMENTS: Final = "none, arm MASS DISTANCE, spring, muscle LENGTH [DRUM_RADIUS]"
 """What may be answered of what acts on the moving part; in kg and m."""
 
@@ -82,10 +75,10 @@ def position_column(guess: Guess, answers: Answers) -> Column | None:
 def position_unit(column: Column | None, answers: Answers) -> Unit | None:
     """Unit of the measured column, as answered or said by the log; m where none is. Raises RunError."""
     if column is None:
-        return unit_of("m", POSITIONS)
+        return unit_of("m", ALL_POSITIONS)
     if answers.position_unit is not None:
-        return _unit_answered("position_unit", answers.position_unit, POSITIONS)
-    return column.unit if column.unit is not None and column.unit.kind in POSITIONS else None
+        return _unit_answered("position_unit", answers.position_unit, ALL_POSITIONS)
+    return column.unit if column.unit is not None and column.unit.kind in ALL_POSITIONS else None
 
 
 def _unit_answered(key: str, text: str | None, kinds: tuple[Kind, ...]) -> Unit | None:
@@ -123,7 +116,7 @@ def next_question(guess: Guess, answers: Answers) -> Question | None:
         assert position is not None, "what is held is in metres"
         return Question(
             "position_unit",
-            f"Unit of {_shown(position)} ({examples(POSITIONS)})",
+            f"Unit of {_shown(position)} ({examples(ALL_POSITIONS)})",
         )
     if unit.kind == "counts":
         if not answers.radians_per_count:

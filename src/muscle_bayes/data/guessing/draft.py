@@ -13,7 +13,7 @@ from muscle_bayes.data.guessing.answers import (
 from muscle_bayes.data.guessing.guess import Guess
 from muscle_bayes.data.guessing.roles import Column
 from muscle_bayes.data.guessing.write import Draft, Entry
-from muscle_bayes.data.units import Unit, position_kinds, unit_of
+from muscle_bayes.data.units import POSITIONS, Unit, unit_of
 
 _WHY = {
     "separator": "between cells",
@@ -96,7 +96,7 @@ def _accepted(
         if stated and any(contradicts(said, stated, ("time",)) for said in time.said):
             columns.append("time")
     if answers.position_unit is not None and position is not None:
-        kinds = position_kinds("linear" if unit.kind in ("length", "velocity") else "rotary")
+        kinds = POSITIONS["linear" if unit.kind in ("length", "velocity") else "rotary"]
         if any(contradicts(said, unit, kinds) for said in position.said):
             columns.append("position")
     return tuple(columns)

@@ -6,16 +6,13 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict
 from pydantic.dataclasses import dataclass
 
+from muscle_bayes.data.describing.elements import _as_tuple
 from muscle_bayes.data.describing.sizes import Finite, NonNegative, Positive
 from muscle_bayes.twin.plant.parameters import Truth
 
 ElementKind = Literal["muscle", "spring", "none"]
 CHECKED = ConfigDict(strict=True)
 """Of the tables below: a value that cannot be is an error, told by pydantic."""
-
-
-def _as_tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def _rising(ends: tuple[float, float]) -> tuple[float, float]:
