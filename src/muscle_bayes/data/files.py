@@ -86,15 +86,11 @@ def read_bytes(path: Path, fix: str = "correct the path") -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        near = did_you_mean(path.name, _names_beside(path))
+        near = did_you_mean(path.name, [one.name for one in path.parent.glob("*")])
         raise RunError.at(path, f"no such file.{near}" if near else "no such file", fix) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunError.at(path, f"cannot be read: {reason}", "check the file") from None
-
-
-def _names_beside(path: Path) -> list[str]:
-    return [one.name for one in path.parent.iterdir()] if path.parent.is_dir() else []
 
 
 def parse_toml(content: bytes, path: Path | str) -> dict[str, Any]:

@@ -5,7 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.describing.columns import Columns, column_label, with_heater_columns
+from muscle_bayes.data.describing.columns import (
+    COLUMN_KEYS,
+    HEATER_COLUMNS,
+    HEATER_HEADER,
+    Columns,
+    column_label,
+)
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.errors import RunError
@@ -98,20 +104,17 @@ def parse_log(
     lines = [(n, line) for n, line in enumerate(all_lines, 1) if n > layout.skip_lines]
     ended = all_lines[-1] == ""
     lines = [(n, line) for n, line in lines if line.strip()]
-    if not lines:
-        raise RunError.at(path, "the log is empty", "give the log with its header and its rows")
     lines, separator = cell_separator(lines, layout, path)
     lines, comments, hidden = without_comments(lines, layout.comment, separator, columns)
     repairs += comments
-    if not lines:
+    if comments and not lines:
         raise RunError.at(
             path, "the log holds comments only", "give its rows, or correct log.comment"
         )
     if layout.header and hidden is None:
         lines = join_broken_header(lines)
     rows, broken = parse_rows(lines, separator)
-    spoilt = [line for line, _ in broken]
-    return assemble(rows, spoilt, path, columns, layout, ended, repairs, hidden)
+    return assemble(rows, broken, path, columns, layout, ended, repairs, hidden)
 
 
 def assemble(
@@ -142,7 +145,7 @@ def assemble(
     repairs = list(repairs)
     paired = layout.decimal == "," and layout.cell_separator == ","
     header, said, rows, row = take_header(rows, hidden, columns, layout, path)
-    names = with_heater_columns(_wanted(columns, layout), header, own=columns is None)
+    names = _wanted(columns, layout, header)
     rows = pair_decimals(rows) if paired else rows
     width = len(header) if layout.header else usual_width(rows)
     hint = why_not_there(rows, names, layout, width) if layout.header else ""
@@ -187,18 +190,20 @@ def assemble(
     )
 
 
-def _wanted(columns: Columns | None, layout: LogFormat) -> dict[str, str | int]:
+def _wanted(columns: Columns | None, layout: LogFormat, header: list[str]) -> dict[str, str | int]:
+    """Names of the columns; those of the heater where the bench's own header has them once."""
     if columns is None:
-        return dict(_FIXTURE_COLUMNS)
-    named: dict[str, str | int] = {}
-    if layout.sample_rate is None and columns.time is not None:
-        named["time"] = columns.time
-    if columns.position is not None:
-        named["reading"] = columns.position
-    for key in ("temperature_a", "temperature_b", "power_a", "power_b", "load", "force", "applied"):
-        if (name := getattr(columns, key)) is not None:
-            named[key] = name
-    return named
+        heater = zip(HEATER_COLUMNS, HEATER_HEADER, strict=True)
+        found = {key: name for key, name in heater if header.count(name) == 1}
+        return {**_FIXTURE_COLUMNS, **found}
+    named = {key: getattr(columns, key) for key in COLUMN_KEYS}
+    if layout.sample_rate is not None:
+        del named["time"]
+    return {
+        "reading" if key == "position" else key: name
+        for key, name in named.items()
+        if name is not None
+    }
 
 
 def parse_any(content: bytes, path: Path, metadata: Metadata) -> RawLog:
@@ -221,7 +226,5 @@ def parse_any(content: bytes, path: Path, metadata: Metadata) -> RawLog:
         return assemble(rows, [], path, metadata.columns, layout)
     if is_lvm(content):
         skipped, stated = lvm_body(content, path, layout)
-        return parse_log(content, path, metadata.columns, layout.model_copy(
-            update={"skip_lines": skipped, **stated}
-        ))  # fmt: skip
+        layout = layout.model_copy(update={"skip_lines": skipped, **stated})
     return parse_log(content, path, metadata.columns, layout)

@@ -1,6 +1,5 @@
 """The [columns] table: which columns a log has, and their units."""
 
-from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, PlainValidator, model_validator
@@ -28,6 +27,19 @@ def column_label(name: str | int) -> str:
     """How messages call a column."""
     return f"column {name}" if isinstance(name, int) else name.strip().strip('"').strip()
 
+
+COLUMN_KEYS: Final = (
+    "time",
+    "position",
+    "temperature_a",
+    "temperature_b",
+    "power_a",
+    "power_b",
+    "load",
+    "force",
+    "applied",
+)
+"""Keys that name a column."""
 
 Quantity = Literal["time", "position", "temperature_a", "temperature_b", "load", "applied"]
 """What a named column may hold."""
@@ -130,18 +142,3 @@ before the row; blank while it did not answer."""
 
 HEATER_COLUMNS: Final = ("duty_a", "duty_b", "faults", "fan")
 """Their names in a run's table; NaN where a cell is blank or the log has no such column."""
-
-
-def with_heater_columns(
-    names: Mapping[str, str | int], header: Sequence[str], *, own: bool
-) -> dict[str, str | int]:
-    """Names of a log's columns, with those of the heater where its header has them once.
-
-    `own`: the log has the bench's own header, and no [columns].
-    """
-    found = {
-        key: name
-        for key, name in zip(HEATER_COLUMNS, HEATER_HEADER, strict=True)
-        if own and header.count(name) == 1
-    }
-    return {**names, **found}

@@ -5,7 +5,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from muscle_bayes.data.describing.columns import Columns
+from muscle_bayes.data.describing.columns import COLUMN_KEYS, Columns
 from muscle_bayes.data.describing.elements import (
     ArmElement,
     Element,
@@ -163,12 +163,14 @@ class Metadata(Table):
 
     def _check_columns(self) -> None:
         columns, layout = self.columns, self.log
+        if self.protocol == "imposed" and getattr(columns, "force", None) is None:
+            raise ValueError(
+                "columns.force: missing, protocol 'imposed' measures it; name its column"
+            )
         if columns is None:
             if layout.sample_rate is not None or not layout.header:
                 key = "log.header" if not layout.header else "log.sample_rate"
                 raise ValueError(f"{key}: needs to know the columns; add [columns] with position")
-            if self.protocol == "imposed":
-                raise ValueError("columns.force: missing, protocol 'imposed' measures it; name it")
             return
         self._check_force(columns)
         if columns.time is None and layout.sample_rate is None:
@@ -177,16 +179,9 @@ class Metadata(Table):
                 "where the log has none"
             )
         if not layout.header:
-            for key in (
-                "time",
-                "position",
-                *(() if self.thermometer_log else ("temperature_a", "temperature_b")),
-                "load",
-                "power_a",
-                "power_b",
-                "force",
-                "applied",
-            ):
+            for key in COLUMN_KEYS:
+                if self.thermometer_log and key.startswith("temperature"):
+                    continue
                 if isinstance(name := getattr(columns, key), str):
                     raise ValueError(
                         f"columns.{key}: {name!r} is a name, and log.header = false says that the "
@@ -211,10 +206,6 @@ class Metadata(Table):
             )
 
     def _check_force(self, columns: Columns) -> None:
-        if self.protocol == "imposed" and columns.force is None:
-            raise ValueError(
-                "columns.force: missing, protocol 'imposed' measures it; name its column"
-            )
         if columns.position is None and self.protocol != "imposed":
             raise ValueError("columns.position: missing; name the column of the measured position")
         if columns.force is None:

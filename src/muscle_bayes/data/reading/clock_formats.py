@@ -3,7 +3,8 @@
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from typing import Final, Literal, NamedTuple
+from functools import partial
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +16,14 @@ DAY: Final = 86_400.0
 _CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,2}):(\d{1,2}(?:[.,]\d*)?)")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
-Kind = Literal["number", "hms", "iso", "pattern"]
-_NAMED: Final[dict[str, Kind]] = {"number": "number", "hms": "hms", "iso": "iso"}
-
 
 class Times(NamedTuple):
     """A time column read."""
 
     values: NDArray[np.float64]
     """in s, but numbers in the log's own unit; NaN where a cell is no time; shape (cells,)"""
-    kind: Kind
+    kind: str
+    """number, hms, iso or pattern"""
 
 
 def read_times(
@@ -41,27 +40,25 @@ def read_times(
     Returns:
         Times, and the format in which they stood.
     """
-    kind = _recognise(cells) if time_format is None else _NAMED.get(time_format, "pattern")
+    kind = time_format or _recognise(cells)
     if kind == "number":
         return Times(numbers(cells, decimal, thousands), kind)
-    if kind == "hms":
-        return Times(np.array([_clock(cell) for cell in cells]), kind)
-    if kind == "iso":
-        return Times(np.array([_date(cell) for cell in cells]), kind)
-    return Times(np.array([_stamp(cell, time_format or "") for cell in cells]), kind)
+    read = _clock if kind == "hms" else partial(_moment, None if kind == "iso" else kind)
+    values = np.array([read(cell.strip().strip('"')) for cell in cells])
+    return Times(values, kind if kind in ("hms", "iso") else "pattern")
 
 
-def _recognise(cells: Sequence[str]) -> Kind:
+def _recognise(cells: Sequence[str]) -> str:
     some = [cell.strip().strip('"') for cell in cells[:200] if cell.strip()]
     for pattern, kind in ((_CLOCK, "hms"), (_DATE, "iso")):
         matched = sum(bool(pattern.match(cell)) for cell in some)
         if some and matched > len(some) / 2:
-            return kind  # type: ignore[return-value]
+            return kind
     return "number"
 
 
 def _clock(cell: str) -> float:
-    match = _CLOCK.fullmatch(cell.strip().strip('"'))
+    match = _CLOCK.fullmatch(cell)
     if match is None:
         return np.nan
     hours, minutes, seconds = match[1] or "0", match[2], match[3].replace(",", ".")
@@ -70,22 +67,15 @@ def _clock(cell: str) -> float:
     return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
 
 
-def _date(cell: str) -> float:
+def _moment(pattern: str | None, cell: str) -> float:
+    """Unix time, by a pattern or as ISO; without a zone taken for UTC, which shifts the origin only."""
     try:
-        return _seconds(datetime.fromisoformat(cell.strip().strip('"').replace(",", ".")))
-    except (ValueError, OverflowError):
-        return np.nan
-
-
-def _stamp(cell: str, pattern: str) -> float:
-    try:
-        return _seconds(datetime.strptime(cell.strip().strip('"'), pattern))
+        if pattern is None:
+            moment = datetime.fromisoformat(cell.replace(",", "."))
+        else:
+            moment = datetime.strptime(cell, pattern)
+        if moment.tzinfo is None:
+            moment = moment.replace(tzinfo=UTC)
+        return moment.timestamp()
     except (ValueError, OverflowError, re.error):
         return np.nan
-
-
-def _seconds(moment: datetime) -> float:
-    """Unix time; a moment without a zone is taken for UTC, which shifts the origin only."""
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=UTC)
-    return moment.timestamp()

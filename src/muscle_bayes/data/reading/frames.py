@@ -1,6 +1,8 @@
 """Tables that are no text: Parquet through pandas, HDF5 through pandas or as plain arrays."""
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +13,28 @@ from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.reading.rows import Row
 
 
-def parquet_rows(content: bytes, path: Path) -> list[Row]:
-    """Header and rows of a Parquet file. Raises RunError, also where pyarrow is missing."""
+@contextmanager
+def _faults_told(path: Path, kind: str, needs: str, package: str) -> Iterator[None]:
+    """Raise RunError for whatever the library that reads a kind of file raises, or where it is missing."""
     try:
-        return _rows(pd.read_parquet(io.BytesIO(content)), path)
-    except ImportError:
-        raise RunError.at(
-            path,
-            "Parquet files need pyarrow, which is not installed",
-            "install it (pip install pyarrow), or save the log as CSV",
-        ) from None
+        yield
     except RunError:
         raise
-    except Exception as error:  # pyarrow has errors of its own, which need not be installed
-        raise _unreadable(path, "Parquet", error) from None
+    except ImportError:
+        fix = f"install it (pip install {package}), or save the log as CSV"
+        raise RunError.at(path, needs, fix) from None
+    except Exception as error:  # each library has errors of its own, and need not be installed
+        reason = " ".join(str(error).split())[:200]
+        raise RunError.at(
+            path, f"is no readable {kind} file: {reason}", "save it again, or as CSV"
+        ) from None
+
+
+def parquet_rows(content: bytes, path: Path) -> list[Row]:
+    """Header and rows of a Parquet file. Raises RunError, also where pyarrow is missing."""
+    needs = "Parquet files need pyarrow, which is not installed"
+    with _faults_told(path, "Parquet", needs, "pyarrow"):
+        return _rows(pd.read_parquet(io.BytesIO(content)), path)
 
 
 def hdf5_rows(content: bytes, path: Path, group: str | None) -> list[Row]:
@@ -43,7 +53,8 @@ def hdf5_rows(content: bytes, path: Path, group: str | None) -> list[Row]:
     """
     import h5py
 
-    try:
+    needs = "the table was written by pandas, whose HDF5 files need PyTables"
+    with _faults_told(path, "HDF5", needs, "tables"):
         with h5py.File(io.BytesIO(content), "r") as file:
             names = list(file)
             if group is not None and group not in file:
@@ -59,24 +70,7 @@ def hdf5_rows(content: bytes, path: Path, group: str | None) -> list[Row]:
             if "pandas_type" not in node.attrs:
                 return _rows(_arrays(node, path), path)
             name = node.name
-    except RunError:
-        raise
-    except Exception as error:  # h5py raises what the library below it finds
-        raise _unreadable(path, "HDF5", error) from None
-    return _pandas_table(path, name)
-
-
-def _pandas_table(path: Path, name: str) -> list[Row]:
-    try:
         return _rows(pd.read_hdf(path, key=name), path)
-    except ImportError:
-        raise RunError.at(
-            path,
-            "the table was written by pandas, whose HDF5 files need PyTables",
-            "install it (pip install tables), or save the log as CSV",
-        ) from None
-    except Exception as error:  # PyTables has errors of its own, which need not be installed
-        raise _unreadable(path, "HDF5", error) from None
 
 
 def _arrays(node: Any, path: Path) -> pd.DataFrame:
@@ -123,16 +117,4 @@ def _texts(column: "pd.Series[Any]") -> list[str]:
         column = column.dt.total_seconds()
     if pd.api.types.is_bool_dtype(column):
         column = column.astype(float)
-    return [
-        ""
-        if value is None or value is pd.NA
-        else repr(value)
-        if isinstance(value, float)
-        else str(value)
-        for value in column.tolist()
-    ]
-
-
-def _unreadable(path: Path, kind: str, error: Exception) -> RunError:
-    reason = " ".join(str(error).split())[:200]
-    return RunError.at(path, f"is no readable {kind} file: {reason}", "save it again, or as CSV")
+    return ["" if value is None or value is pd.NA else str(value) for value in column.tolist()]

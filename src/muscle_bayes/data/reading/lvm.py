@@ -3,13 +3,12 @@
 from pathlib import Path
 from typing import Final
 
-from muscle_bayes.data.describing.log_format import LogFormat
+from muscle_bayes.data.describing.log_format import SEPARATORS, LogFormat
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.reading.text import decode, split_lines
 
 _FIRST: Final = b"LabVIEW Measurement"
 _END: Final = "***End_of_Header***"
-_SEPARATORS: Final = {"tab": "\t", "comma": ",", "space": " "}
 
 
 def is_lvm(content: bytes) -> bool:
@@ -50,8 +49,8 @@ def lvm_body(content: bytes, path: Path, layout: LogFormat) -> tuple[int, dict[s
         said[name.strip().lower()] = value.strip()
     stated: dict[str, str] = {}
     separator = said.get("separator", "tab").lower()
-    if layout.separator is None and separator in _SEPARATORS:
-        stated["separator"] = _SEPARATORS[separator]
+    if layout.separator is None and separator in SEPARATORS:
+        stated["separator"] = separator
     if "decimal" not in layout.model_fields_set and said.get("decimal_separator") in (".", ","):
         stated["decimal"] = said["decimal_separator"]
     return max(body, layout.skip_lines), stated

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from muscle_bayes.data.describing.columns import Columns
 from muscle_bayes.data.describing.log_format import LogFormat
-from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.reading.cells import is_number
 from muscle_bayes.data.reading.rows import Row, parse_rows
 from muscle_bayes.data.repairing.ledger import Repair
@@ -20,11 +19,9 @@ SEPARATOR_LINE = re.compile(r'"?sep=(.)"?,*\s*', re.IGNORECASE)
 
 def cell_separator(lines: Lines, layout: LogFormat, path: Path) -> tuple[Lines, str]:
     """The lines without Excel's `sep=` line, and what separates their cells."""
-    said = SEPARATOR_LINE.fullmatch(lines[0][1])
+    said = SEPARATOR_LINE.fullmatch(lines[0][1]) if lines else None
     if said:
         lines = lines[1:]
-        if not lines:
-            raise RunError.at(path, "the log is empty", "give the log with its header and its rows")
     if layout.cell_separator is not None:
         return lines, layout.cell_separator
     if said:

@@ -8,9 +8,7 @@ Row = tuple[int, list[str]]
 """Line in the file, from 1, and the cells."""
 
 
-def parse_rows(
-    lines: Sequence[tuple[int, str]], separator: str
-) -> tuple[list[Row], list[tuple[int, str]]]:
+def parse_rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[Row], list[int]]:
     """Cells of lines, quotes taken away.
 
     A line is a row: a quote that is opened and not closed spoils its own line only.
@@ -20,7 +18,7 @@ def parse_rows(
         separator: what stands between cells; a blank stands for any run of blanks.
 
     Returns:
-        The rows, and the lines that are none.
+        The rows, and the numbers of lines that are none.
     """
     if separator == " ":
         return [(line, text.split()) for line, text in lines], []
@@ -31,7 +29,7 @@ def parse_rows(
         except (csv.Error, ValueError):
             pass  # the one line that is meant is found below
     rows: list[Row] = []
-    unreadable: list[tuple[int, str]] = []
+    unreadable: list[int] = []
     for line, text in lines:
         try:
             # Blanks before a separator keep a quoted cell from ending where its quote does.
@@ -41,7 +39,7 @@ def parse_rows(
             )
             rows.append((line, cells_of_line))
         except (csv.Error, ValueError):
-            unreadable.append((line, text))
+            unreadable.append(line)
     return rows, unreadable
 
 

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from muscle_bayes.data.errors import RunError
 from muscle_bayes.data.reading.cells import is_number
@@ -12,16 +11,9 @@ from muscle_bayes.data.reading.rows import Row, is_blank
 from muscle_bayes.data.repairing.ledger import MOST_FAULTY, Repair
 
 
-class Fitted(NamedTuple):
-    """Rows of the header's width, and what was left out."""
-
-    rows: list[Row]
-    unreadable: list[int]
-    """lines of the rows left out because their cells cannot be told apart"""
-    repairs: list[Repair]
-
-
-def fit_rows(rows: list[Row], width: int, path: Path, named: str = "the header") -> Fitted:
+def fit_rows(
+    rows: list[Row], width: int, path: Path, named: str
+) -> tuple[list[Row], list[int], list[Repair]]:
     """Leave out rows with fewer or more cells than the header has names.
 
     Blank cells at a row's end are none. A last row without its last cells is the reader's
@@ -32,6 +24,9 @@ def fit_rows(rows: list[Row], width: int, path: Path, named: str = "the header")
         width: number of the header's names.
         path: serves the messages.
         named: what `width` is taken from, for messages.
+
+    Returns:
+        Rows of the header's width, lines of the others, and what was repaired.
 
     Raises:
         RunError: nearly all rows, or all from some row on, have another number of cells.
@@ -48,9 +43,8 @@ def fit_rows(rows: list[Row], width: int, path: Path, named: str = "the header")
         if chosen:
             note = f"{word} than {named}'s {width} cells: row dropped"
             repairs.append(Repair(rule, len(chosen), rows[chosen[0]][0], note))
-    left_out = set(wrong)
-    kept = [row for at, row in enumerate(rows) if at not in left_out]
-    return Fitted(kept, [rows[at][0] for at in wrong], repairs)
+    kept = [row for row, length in zip(rows, lengths, strict=True) if length == width]
+    return kept, [rows[at][0] for at in wrong], repairs
 
 
 def without_cut_row(rows: list[Row], width: int, ended: bool) -> tuple[list[Row], list[Repair]]:
@@ -80,32 +74,25 @@ def usual_width(rows: Sequence[Row]) -> int:
 
 def without_blank_rows(rows: list[Row]) -> tuple[list[Row], list[Repair]]:
     """Leave out rows whose cells are all blank, as spreadsheets put below their tables."""
-    blank = [line for line, row in rows if is_blank(row)]
-    if not blank:
-        return rows, []
-    note = "all cells blank: no row"
-    return [row for row in rows if not is_blank(row[1])], [
-        Repair("blank row", len(blank), blank[0], note)
-    ]
+    blank = {line for line, row in rows if is_blank(row)}
+    return _without(rows, blank, "blank row", "all cells blank: no row")
 
 
 def without_repeated_header(rows: list[Row], header: list[str]) -> tuple[list[Row], list[Repair]]:
     """Leave out copies of the header, as a logger writes that is started again."""
     names = [name.strip() for name in header]
-    again = [
-        line
-        for line, row in rows
-        if len(row) == len(names)
-        and bare(row[0]) == names[0]
-        and all(bare(cell) == name for cell, name in zip(row, names, strict=True))
-    ]
-    if not again:
+    again = {line for line, row in rows if len(row) == len(names) and [*map(bare, row)] == names}
+    return _without(rows, again, "repeated header", "the header again: no row")
+
+
+def _without(
+    rows: list[Row], lines: set[int], rule: str, note: str
+) -> tuple[list[Row], list[Repair]]:
+    """The rows but for those of some lines, and the report of it."""
+    if not lines:
         return rows, []
-    lines = set(again)
-    note = "the header again: no row"
-    return [row for row in rows if row[0] not in lines], [
-        Repair("repeated header", len(again), again[0], note)
-    ]
+    kept = [row for row in rows if row[0] not in lines]
+    return kept, [Repair(rule, len(lines), min(lines), note)]
 
 
 def pair_decimals(rows: list[Row]) -> list[Row]:
