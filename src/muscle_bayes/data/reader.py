@@ -37,7 +37,7 @@ from muscle_bayes.data.repairing.faults import (
 from muscle_bayes.data.repairing.ledger import Floats, Ledger, Mask
 from muscle_bayes.data.repairing.slow_columns import fill_slow_columns
 from muscle_bayes.data.run import COLUMNS, Run
-from muscle_bayes.data.second_log import joined, of_first, of_second, path_of
+from muscle_bayes.data.second_log import joined, of_first, of_second
 from muscle_bayes.data.units import COUNTS
 
 
@@ -76,7 +76,7 @@ def run_from_bytes(log: bytes, about: bytes, log_path: Path, metadata_path: Path
     metadata = parse_metadata(about, metadata_path)
     if metadata.thermometer_log is None:
         return _read(log, metadata, log_path, about)
-    beside = path_of(log_path, metadata)
+    beside = log_path.parent / metadata.thermometer_log.file
     other = _read(
         read_bytes(beside, "put it there, or correct thermometer_log.file"),
         of_second(metadata),

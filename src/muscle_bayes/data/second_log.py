@@ -1,7 +1,6 @@
 """Temperatures that another instrument logged, in a file and on a clock of its own."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -116,9 +115,3 @@ def _unexplained(heat: Floats, shown: Floats) -> float:
     basis = np.diff(np.stack([x, x**2], axis=1), axis=0)
     rest = changed - basis @ np.linalg.lstsq(basis, changed, rcond=None)[0]
     return float(rest @ rest)
-
-
-def path_of(log_path: Path, metadata: Metadata) -> Path:
-    """Where the other log lies: beside the first."""
-    assert metadata.thermometer_log is not None, "asked only where there is another log"
-    return log_path.parent / metadata.thermometer_log.file

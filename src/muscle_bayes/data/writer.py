@@ -36,18 +36,26 @@ def to_toml(metadata: Metadata) -> str:
     content = metadata.model_dump(exclude_none=True)
     if metadata.columns is not None and not metadata.columns.accept_units:
         del content["columns"]["accept_units"]
-    scalars = {key: value for key, value in content.items() if not isinstance(value, dict)}
-    if not scalars["notes"]:
-        del scalars["notes"]
-    parts = [toml_keys(scalars)]
-    for key, value in content.items():
-        if isinstance(value, dict) and not (key == "log" and metadata.log == LogFormat()):
-            parts.append(f"[{key}]\n{toml_keys(_kind_first(value))}")
-    return "\n".join(parts)
+    for key, usual in (("notes", ""), ("log", LogFormat())):
+        if getattr(metadata, key) == usual:
+            del content[key]
+    for side in ("element_a", "element_b"):
+        content[side] = {"kind": None} | content[side]  # kind goes first
+    return toml_tables(content)
 
 
-def _kind_first(table: dict[str, Any]) -> dict[str, Any]:
-    return {"kind": table["kind"], **table} if "kind" in table else table
+def toml_tables(table: Mapping[str, Any], path: tuple[str, ...] = ()) -> str:
+    """Nested tables as TOML, numbers in full precision; `path` is where `table` stands itself."""
+    scalars = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
+    text = ""
+    if path and (scalars or not table):
+        text = f"\n[{'.'.join(path)}]\n"
+    text += toml_keys(scalars)
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            bare = key.replace("-", "").replace("_", "").isalnum() and key.isascii()
+            text += toml_tables(value, (*path, key if bare else json.dumps(key)))
+    return text
 
 
 def toml_keys(table: Mapping[str, Any]) -> str:

@@ -1,16 +1,19 @@
 """A run in progress: stages, controllers, loads and log rows on one clock."""
 
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.bench import Bench
-from muscle_bayes.twin.clock import Row, logged_late
 from muscle_bayes.twin.controller import PERIOD
 from muscle_bayes.twin.plant.loads import LoadSchedule
 from muscle_bayes.twin.protocols import Protocol, Stage
-from muscle_bayes.twin.sensors import AngleSensor, RowClock, ThermocoupleMeter
+from muscle_bayes.twin.sensors import AngleSensor, RowClock, ThermocoupleMeter, Update
+
+Row = tuple[float, float, float, int, float, float, int, int, int]
+"""Values of the log's columns, in their order."""
 
 STAGE_LIMIT = 3600.0
 """A stage that takes longer than this cannot reach its setpoint, s."""
@@ -63,7 +66,7 @@ class Recording:
         if self._origin is None:
             raise MuscleBayesError("no stage of this protocol is logged")
         if self.delay != 0.0:
-            self.rows = logged_late(self.rows, self.meter.history, self._origin, self.delay)
+            self.rows = _logged_late(self.rows, self.meter.history, self._origin, self.delay)
 
     def _run_stage(self, stage: Stage, tick: int) -> int:
         start = tick * PERIOD
@@ -167,3 +170,22 @@ class Recording:
             return False
         self._rest = 0.0 if self.bench.rotor.slipping else self._rest + PERIOD
         return self._rest >= self.protocol.rest_time
+
+
+def _logged_late(
+    rows: Sequence[Row], updates: Sequence[Update], origin: float, delay: float
+) -> list[Row]:
+    """The rows with what the meter showed `delay` [s] before each, or after it where negative.
+
+    `origin` is the time of the first row [s]. Before its first update the meter shows that.
+    """
+    times = [time for time, _ in updates]
+    result, seen = [], None
+    for row in rows:
+        number = max(bisect_right(times, origin + row[0] - delay) - 1, 0)
+        first, second = updates[number][1]
+        at, _, aim_a, stable_a, _, aim_b, stable_b, _, counts = row
+        fresh = int(number != seen)
+        result.append((at, first, aim_a, stable_a, second, aim_b, stable_b, fresh, counts))
+        seen = number
+    return result

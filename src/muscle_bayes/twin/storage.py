@@ -1,13 +1,12 @@
 """Simulated runs -> run files and, apart from them, the truth file."""
 
-import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from muscle_bayes.data import read_metadata, write_run
-from muscle_bayes.data.writer import toml_keys
+from muscle_bayes.data.writer import toml_tables
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.twin.simulate import SimulatedRun
 
@@ -48,7 +47,7 @@ def save_runs(folder: Path, runs: Mapping[str, SimulatedRun], truth: Path | None
     for name, run in runs.items():
         write_run(folder, name, run.log, run.metadata)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes((_TRUTH_HEAD + to_toml(merged)).encode())
+    path.write_bytes((_TRUTH_HEAD + toml_tables(merged)).encode())
 
 
 def check_ours(path: Path, head: str) -> None:
@@ -95,18 +94,3 @@ def merge_truths(runs: Mapping[str, SimulatedRun]) -> dict[str, Any]:
                     "save runs of different rigs in different folders"
                 )
     return {**merged, "runs": {name: run.truth["run"] for name, run in runs.items()}}
-
-
-def to_toml(table: Mapping[str, Any], path: tuple[str, ...] = ()) -> str:
-    """Nested tables of numbers, flags and words as TOML; numbers in full precision."""
-    scalars = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
-    text = ""
-    if scalars:
-        if path:
-            text += f"\n[{'.'.join(path)}]\n"
-        text += toml_keys(scalars)
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            bare = key.replace("-", "").replace("_", "").isalnum() and key.isascii()
-            text += to_toml(value, (*path, key if bare else json.dumps(key)))
-    return text
