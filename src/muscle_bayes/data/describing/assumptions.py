@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from pydantic import BaseModel
 
-from muscle_bayes.data.describing.elements import ArmElement
 from muscle_bayes.data.describing.tables import CONVERTER_BITS
 from muscle_bayes.data.run import Run
 from muscle_bayes.data.sensor import ZERO_UNCERTAINTY, Sensor
@@ -43,7 +42,8 @@ def assumptions(run: Run) -> list[Assumption]:
             if field in table.model_fields_set:
                 continue
             said = ABSENT.get(f"{type(table).__name__}.{field}")
-            told = said(run, prefix) if callable(said) else said
+            side = prefix[-2:-1]  # of "element_a." and the like
+            told = said(run, side) if callable(said) else said
             if told:
                 listed.append(Assumption(f"{prefix}{field}", told))
     if metadata.protocol == "spring":
@@ -51,10 +51,14 @@ def assumptions(run: Run) -> list[Assumption]:
     return listed
 
 
+def _element(run: Run, side: str) -> Any:
+    return getattr(run.metadata, f"element_{side}")
+
+
 def _has_thermometer(run: Run) -> bool:
     """Whether a muscle's temperature is taken from a thermometer."""
     about = run.metadata
-    muscles = [side for side in "ab" if getattr(about, f"element_{side}").kind == "muscle"]
+    muscles = [side for side in "ab" if _element(run, side).kind == "muscle"]
     return any(run.has_thermometer(s) and not about.is_heated_by_power(s) for s in muscles)
 
 
@@ -65,7 +69,7 @@ def _zero(sensor: Sensor) -> str:
     return f"{sensor.zero_uncertainty:g} {sensor.unit}, {ZERO_UNCERTAINTY:g} steps of the readings"
 
 
-def _position_zero(run: Run, prefix: str) -> str:
+def _position_zero(run: Run, side: str) -> str:
     if run.imposed is not None:
         return "0, exact: the motion is imposed"
     return "" if run.unit == COUNTS or run.heated is not None else _zero(run.output_sensor)
@@ -76,15 +80,13 @@ def _is_powered(run: Run) -> bool:
 
 
 def _temperature(run: Run, side: str) -> str:
-    if getattr(run.metadata, f"element_{side}").kind != "muscle":
-        return ""
-    if run.metadata.is_heated_by_power(side):
+    if _element(run, side).kind != "muscle" or run.metadata.is_heated_by_power(side):
         return ""
     return f"{run.metadata.fixture.room_temperature:g} C throughout (fixture.room_temperature)"
 
 
 def _where(condition: Callable[[Run], bool], told: str) -> Callable[[Run, str], str]:
-    return lambda run, prefix: told if condition(run) else ""
+    return lambda run, side: told if condition(run) else ""
 
 
 def _names(key: str) -> Callable[[Run], bool]:
@@ -98,7 +100,7 @@ def _from_text(run: Run) -> bool:
     return run.path is None or run.path.suffix.lower() not in (".parquet", ".h5", ".hdf5")
 
 
-def _read_clock(run: Run, prefix: str) -> str:
+def _read_clock(run: Run, side: str) -> str:
     formats = {"hms": "HH:MM:SS, recognised", "iso": "ISO dates, recognised", "number": "numbers"}
     return formats.get(run.clock, "")
 
@@ -107,51 +109,44 @@ ESTIMATED: Final = "estimated, prior scaled from the run's own motion"
 """What becomes of a parameter that metadata leave open."""
 
 
-def _spring(run: Run, prefix: str) -> str:
+def _spring(run: Run, side: str) -> str:
     """A spring's rate, pull or damping."""
-    side = prefix.rstrip(".")[-1]
     own = run.metadata.is_reference_spring(side)
     return "the thesis' reference spring's (eq. 12)" if own else ESTIMATED
 
 
-def _pull(run: Run, prefix: str) -> str:
-    element = getattr(run.metadata, prefix.rstrip("."))
-    return "as free_length has it" if element.free_length is not None else _spring(run, prefix)
+def _pull(run: Run, side: str) -> str:
+    stated = _element(run, side).free_length is not None
+    return "as free_length has it" if stated else _spring(run, side)
 
 
-def _model(run: Run, prefix: str) -> str:
-    side = prefix.rstrip(".")[-1]
+def _model(run: Run, side: str) -> str:
     if not run.metadata.is_reference_spring(side):
         return ""
     return "reference: the fixture's own log names no other spring (eq. 12)"
 
 
-def _closed(run: Run, prefix: str) -> str:
-    element = getattr(run.metadata, prefix.rstrip("."))
-    own = run.metadata.is_reference_spring(prefix.rstrip(".")[-1])
-    return "" if own or element.linkage == "torsion" else "none, the spring pulls at any length"
+def _closed(run: Run, side: str) -> str:
+    silent = run.metadata.is_reference_spring(side) or _element(run, side).linkage == "torsion"
+    return "" if silent else "none, the spring pulls at any length"
 
 
-def _arm(run: Run, prefix: str) -> ArmElement:
-    return getattr(run.metadata, prefix.rstrip("."))
+def _moment(run: Run, side: str) -> str:
+    return "m g d" if _element(run, side).mass is not None else ESTIMATED
 
 
-def _moment(run: Run, prefix: str) -> str:
-    return "m g d" if _arm(run, prefix).mass is not None else ESTIMATED
-
-
-def _arm_inertia(run: Run, prefix: str) -> str:
-    if _arm(run, prefix).mass is not None:
+def _arm_inertia(run: Run, side: str) -> str:
+    if _element(run, side).mass is not None:
         return "m d^2"
     return "part of J" if run.metadata.fixture.inertia is None else ESTIMATED
 
 
-def _hanging(run: Run, prefix: str) -> str:
-    arm = _arm(run, prefix)
+def _hanging(run: Run, side: str) -> str:
+    arm = _element(run, side)
     return "0 rad" if (arm.mass or arm.moment) is not None else ESTIMATED
 
 
-def _drive(run: Run, prefix: str) -> str:
+def _drive(run: Run, side: str) -> str:
     kind = run.metadata.drive_unit.kind
     if kind in ("force", "torque"):
         return ""
@@ -163,7 +158,7 @@ def _heater(run: Run, side: str) -> str:
     return f"heating_rate and cooling_time {ESTIMATED}" if powered else ""
 
 
-def _back_emf(run: Run, prefix: str) -> str:
+def _back_emf(run: Run, side: str) -> str:
     return ESTIMATED if run.metadata.drive_unit.kind in ("voltage", "duty") else ""
 
 
@@ -181,7 +176,7 @@ ABSENT: Final[dict[str, _Said]] = {
     "Fixture.motion": "rotary",
     "Fixture.inertia": _where(lambda run: run.metadata.protocol != "imposed", "estimated (J)"),
     "Fixture.stops": "none",
-    "Fixture.room_temperature": lambda run, prefix: (
+    "Fixture.room_temperature": lambda run, side: (
         f"{run.metadata.fixture.room_temperature:g} C" if run.has_muscle else ""
     ),
     "Potentiometer.zero_uncertainty": f"{ZERO_UNCERTAINTY:g} counts",
@@ -206,26 +201,26 @@ ABSENT: Final[dict[str, _Said]] = {
     "Columns.position_sign": "1",
     "Columns.position_zero": _where(lambda run: run.unit != COUNTS, "0"),
     "Columns.position_zero_uncertainty": _position_zero,
-    "Columns.temperature_a": lambda run, prefix: _temperature(run, "a"),
-    "Columns.temperature_b": lambda run, prefix: _temperature(run, "b"),
+    "Columns.temperature_a": lambda run, side: _temperature(run, "a"),
+    "Columns.temperature_b": lambda run, side: _temperature(run, "b"),
     "Columns.temperature_unit": _where(
         lambda run: _names("temperature_a")(run) or _names("temperature_b")(run), "degC"
     ),
     "Columns.load_unit": _where(_names("load"), "kg"),
     "Columns.power_unit": _where(_is_powered, "W"),
     "Columns.power_held": _where(_is_powered, _EVENLY),
-    "Metadata.heater_a": lambda run, prefix: _heater(run, "a"),
-    "Metadata.heater_b": lambda run, prefix: _heater(run, "b"),
+    "Metadata.heater_a": lambda run, side: _heater(run, "a"),
+    "Metadata.heater_b": lambda run, side: _heater(run, "b"),
     "Heater.heating_rate": ESTIMATED,
     "Heater.cooling_time": ESTIMATED,
-    "Columns.force_unit": lambda run, prefix: run.metadata.force_unit if run.has_force else "",
-    "Columns.force_sign": lambda run, prefix: "1" if run.has_force else "",
-    "Columns.force_zero": lambda run, prefix: "0" if run.has_force else "",
-    "Columns.force_zero_uncertainty": lambda run, prefix: (
+    "Columns.force_unit": lambda run, side: run.metadata.force_unit if run.has_force else "",
+    "Columns.force_sign": lambda run, side: "1" if run.has_force else "",
+    "Columns.force_zero": lambda run, side: "0" if run.has_force else "",
+    "Columns.force_zero_uncertainty": lambda run, side: (
         _zero(run.output_sensor) if run.has_force else ""
     ),
     "Columns.applied": "no known torque or force",
-    "Columns.applied_unit": lambda run, prefix: (
+    "Columns.applied_unit": lambda run, side: (
         run.metadata.drive_unit.text if _names("applied")(run) else ""
     ),
     "Columns.applied_sign": _where(_names("applied"), "1"),
@@ -246,4 +241,4 @@ ABSENT: Final[dict[str, _Said]] = {
     "Drive.offset": ESTIMATED,
     "Drive.back_emf": _back_emf,
 }
-"""Table and key -> what its absence means, where that bears on a run."""
+"""Table and key -> what its absence means, where that bears on a run; side is that of its table."""
