@@ -6,14 +6,13 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.describing.elements import Finite, Table
-from muscle_bayes.data.describing.tables import _as_tuple
+from muscle_bayes.data.describing.elements import Finite, Table, as_tuple
 from muscle_bayes.data.validation import read_table
 
-Names = Annotated[tuple[str, ...], BeforeValidator(_as_tuple)]
+Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 Range = Annotated[
     tuple[Finite, ...],
-    BeforeValidator(lambda value: _as_tuple(_listed(value))),
+    BeforeValidator(lambda value: as_tuple(_listed(value))),
     Field(min_length=1),
 ]
 
@@ -76,7 +75,7 @@ class StudyConfig(Table):
     seed: Annotated[int, Field(ge=0)] = 0
     thesis: bool = False
     """whether the runs are of the thesis' rig, so that its tables stand beside our posteriors"""
-    published: Annotated[tuple[Published, ...], BeforeValidator(_as_tuple)] = ()
+    published: Annotated[tuple[Published, ...], BeforeValidator(as_tuple)] = ()
 
 
 def read_config(path: Path) -> StudyConfig:

@@ -18,10 +18,9 @@ from pydantic import (
 from muscle_bayes.bench.heat.temperature_control import FULL_DUTY
 from muscle_bayes.data import Element, Fixture, Metadata, NoElement, Origin, Potentiometer
 from muscle_bayes.data import Load as LoadTable
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Positive, Table, as_tuple
 from muscle_bayes.data.describing.metadata import Protocol
 from muscle_bayes.data.describing.sizes import Mass
-from muscle_bayes.data.describing.tables import _as_tuple
 
 HOTTEST = 105.0
 """Highest setpoint that is taken, C."""
@@ -89,7 +88,7 @@ class Repeat(Table):
     repeat: Annotated[int, Field(ge=1, le=1000)]
     until_within: Positive | None = None
     """counts"""
-    stages: Annotated[tuple[Stage, ...], BeforeValidator(_as_tuple), Field(min_length=1)]
+    stages: Annotated[tuple[Stage, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 
 
 def _which(value: Any) -> str:
@@ -104,7 +103,7 @@ def _which(value: Any) -> str:
 Block = Annotated[
     Annotated[Stage, Tag("Stage")] | Annotated[Repeat, Tag("Repeat")], Discriminator(_which)
 ]
-Blocks = Annotated[tuple[Block, ...], BeforeValidator(_as_tuple)]
+Blocks = Annotated[tuple[Block, ...], BeforeValidator(as_tuple)]
 
 
 def _once_through(blocks: tuple[Stage | Repeat, ...]) -> Iterator[Stage]:
@@ -172,7 +171,7 @@ class Stop(Table):
     """s after the first row"""
     rest_time: Positive | None = None
     """s in which no reading leaves a band of two counts"""
-    angle: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
+    angle: Annotated[tuple[Finite, Finite], BeforeValidator(as_tuple)] | None = None
     """rad, [lowest, highest] beyond which the run ends"""
 
 
@@ -211,7 +210,7 @@ class Sequence(RigTables, extra="forbid"):
     limits: Limits = Limits()
     stop: Stop = Stop()
     stage: Blocks = ()
-    run: Annotated[tuple[RunPlan, ...], BeforeValidator(_as_tuple)] = ()
+    run: Annotated[tuple[RunPlan, ...], BeforeValidator(as_tuple)] = ()
 
     @model_validator(mode="after")
     def _says_what_is_done(self) -> "Sequence":

@@ -10,15 +10,14 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.control.laws.law import ENTRIES, Law, Numbers
 from muscle_bayes.control.plant.design import Design
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
-from muscle_bayes.data.describing.tables import _as_tuple
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Table, as_tuple
 from muscle_bayes.data.validation import read_table
 from muscle_bayes.data.writer import toml_keys
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.markup import html_table
 
 LawName = Literal["thesis", "pi", "two-degrees", "feedforward", "cascade"]
-Values = Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
+Values = Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
 LARGEST: Final = 131071
 """Magnitude of the firmware's KP and KI: half a count may ask for full duty."""
 TENTHS: Final = 10.0
@@ -76,7 +75,7 @@ class Gains(Table):
     """time constant of the setpoint filter [s]; 0: none"""
     windup_time: NonNegative = 0.0
     """tracking time of back-calculation [s]; 0: no anti-windup"""
-    governor: Annotated[tuple[Finite, Finite] | None, BeforeValidator(_as_tuple)] = None
+    governor: Annotated[tuple[Finite, Finite] | None, BeforeValidator(as_tuple)] = None
     """temperatures between which duties fade to nothing [C]"""
     feedforward: FeedForward | None = None
     inner: Inner | None = None

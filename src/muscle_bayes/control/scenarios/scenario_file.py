@@ -8,8 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.control.scenarios.scenario import Scenario, course_of
-from muscle_bayes.data.describing.elements import Finite, NonNegative, Table
-from muscle_bayes.data.describing.tables import _as_tuple
+from muscle_bayes.data.describing.elements import Finite, NonNegative, Table, as_tuple
 from muscle_bayes.data.validation import read_table
 
 LONGEST = 3600.0
@@ -19,7 +18,7 @@ LONGEST = 3600.0
 class _Points(Table):
     """Values at times; between them held, or straight."""
 
-    time: Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
+    time: Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple)]
     """s, rising, from 0"""
     between: Literal["held", "straight"] = "held"
 
@@ -48,7 +47,7 @@ class _Points(Table):
 
 
 class _Setpoint(_Points):
-    angle: Annotated[tuple[Finite, ...], BeforeValidator(_as_tuple)]
+    angle: Annotated[tuple[Finite, ...], BeforeValidator(as_tuple)]
     """rad"""
 
     def values(self) -> tuple[float, ...]:
@@ -56,7 +55,7 @@ class _Setpoint(_Points):
 
 
 class _Load(_Points):
-    mass: Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
+    mass: Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple)]
     """kg"""
 
     def values(self) -> tuple[float, ...]:

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, PlainValidator, model_validator
 
-from muscle_bayes.data.describing.elements import Table, _as_tuple
+from muscle_bayes.data.describing.elements import Table, as_tuple
 from muscle_bayes.data.describing.sizes import Finite, NonNegative
 from muscle_bayes.data.units import ALL_POSITIONS, COUNTS, POWERS, Kind, stated_unit
 
@@ -107,7 +107,7 @@ class Columns(Table):
     """-1 where a positive drive pulls against the coordinate"""
     applied_held: bool = False
     """whether a value holds until the next row, as a command does"""
-    accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(_as_tuple)] = ()
+    accept_units: Annotated[tuple[Quantity, ...], BeforeValidator(as_tuple)] = ()
     """columns whose unit is right although the header or the numbers speak against it"""
 
     @model_validator(mode="after")

@@ -16,7 +16,7 @@ class Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-def _as_tuple(value: Any) -> Any:
+def as_tuple(value: Any) -> Any:
     """TOML has lists only."""
     return tuple(value) if isinstance(value, list) else value
 

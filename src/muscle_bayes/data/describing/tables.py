@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from muscle_bayes.conventions import Motion
 from muscle_bayes.data.describing.columns import ColumnName
-from muscle_bayes.data.describing.elements import Table, _as_tuple
+from muscle_bayes.data.describing.elements import Table, as_tuple
 from muscle_bayes.data.describing.log_format import LogFormat
 from muscle_bayes.data.describing.sizes import (
     Finite,
@@ -34,7 +34,7 @@ class Fixture(Table):
     """R_d, m: radius at which the load's cable pulls"""
     inertia: NonNegative | None = None
     """of the moving part beyond arms and load, kg m^2 (kg where motion is linear); absent = estimated"""
-    stops: Annotated[tuple[Finite, Finite], BeforeValidator(_as_tuple)] | None = None
+    stops: Annotated[tuple[Finite, Finite], BeforeValidator(as_tuple)] | None = None
     """lower and upper endstop, rad (m where motion is linear); absent = none"""
     room_temperature: RoomTemperature = 25.0
     """degrees C"""
@@ -137,7 +137,7 @@ class Drive(Table):
     """N m s (N s/m) that a motor on a voltage or duty loses per unit of speed"""
 
 
-Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(_as_tuple)]
+Steps = Annotated[tuple[NonNegative, ...], BeforeValidator(as_tuple)]
 
 
 def _in_kilograms(value: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict
 from pydantic.dataclasses import dataclass
 
-from muscle_bayes.data.describing.elements import _as_tuple
+from muscle_bayes.data.describing.elements import as_tuple
 from muscle_bayes.data.describing.sizes import Finite, NonNegative, Positive
 from muscle_bayes.twin.plant.parameters import Truth
 
@@ -31,7 +31,7 @@ def _none_if_said(value: Any) -> Any:
     return None if value == "none" else value
 
 
-Pair = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
+Pair = Annotated[tuple[float, float], BeforeValidator(as_tuple)]
 
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
