@@ -21,6 +21,7 @@ from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.running.side_by_side import side_by_side
+from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.least_squares import Row, least_squares
 from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.inference.search.tempering import (
@@ -200,13 +201,15 @@ def find_mode(
     wave: int = 4,
     agreeing: tuple[int, int] = (3, 20),
     agreement: float = 5.0,
+    kicks: int = 8,
 ) -> Mode:
     """The best of several local maxima, started from the most probable of many prior draws.
 
     Each start is first fitted as if its misfit were white noise, which looks at the whole shape of a
     run, and only the best of these with the discrepancy's correlation, which looks at how it changes.
     From the best shape minimum forces are tried elsewhere, for descents do not find their way from a
-    spring that is open to one that is shut.
+    spring that is open to one that is shut. Where starts did not agree, the best maximum is left again
+    by `kicks` at a time, as large as its Fisher information, as long as one leads higher.
 
     Args:
         key: random key of the prior draws.
@@ -220,6 +223,7 @@ def find_mode(
             where the misfit of the best is 1.2 times the noise: then the model is wrong, or most
             starts lead to a mode that is.
         agreement: see `agreeing`.
+        kicks: see above.
 
     Raises:
         MuscleBayesError: when no prior draw gives a finite density.
@@ -236,7 +240,8 @@ def find_mode(
         shapes += _shaped(starts, layout, data, workers, shares)
         report(len(shapes), most_starts)
         wanted = agreeing[best().ratio > 1.2]
-        if sum(shape.level < best().level + agreement for shape in shapes) >= wanted:
+        agreed = sum(shape.level < best().level + agreement for shape in shapes) >= wanted
+        if agreed:
             break
     level = np.inf
     while best().level < level - agreement:
@@ -252,4 +257,25 @@ def find_mode(
         )
         if rows[-1].potential - rows[0].potential < 0.1:
             break
-    return _as_mode(rows[0])
+    mode = _as_mode(rows[0])
+    return mode if agreed else _hopped(key, mode, layout, data, workers, kicks, agreement)
+
+
+def _hopped(
+    key: Array, mode: Mode, layout: Layout, data: Data, workers: int, kicks: int, least: float
+) -> Mode:
+    """The highest maximum that kicks from one to the next lead to, each by `least` nats or more.
+
+    Thresholds make a density with many maxima side by side. Source: basin hopping at no temperature, Wales
+    and Doye, Journal of Physical Chemistry A 101 (1997), 5111-5116.
+    """
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+    while True:
+        factor = FactoredPrecision(np.asarray(mode.information))
+        kicked = [
+            mode.vector + factor.spread(rng.standard_normal(len(mode.vector))) for _ in range(kicks)
+        ]
+        best = min(_descended(kicked, layout, data, workers=workers), key=lambda row: row.potential)
+        if best.potential > mode.potential - least:
+            return mode
+        mode = _as_mode(best)
