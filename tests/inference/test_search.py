@@ -17,10 +17,10 @@ from muscle_bayes.discovery.nominal import without_runs
 from muscle_bayes.inference.model.density import constrain, unconstrain
 from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.running.precision import double_precision
-from muscle_bayes.inference.search.mode import Mode, find_mode, refine
+from muscle_bayes.inference.search.mode import Mode, find_mode, hopped, refine
 from muscle_bayes.inference.search.other_basins import with_other_basins
 from muscle_bayes.inference.search.tempering import AS_EXPECTED, OR_SUDDEN, Lasting, misfit_at
-from muscle_bayes.twin import save_runs, simulate
+from muscle_bayes.twin import make_effect, save_runs, simulate
 from muscle_bayes.twin.protocols import staircase
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
@@ -42,6 +42,37 @@ def test_the_force_that_opens_a_spring_is_found_where_most_starts_miss_it(tmp_pa
     values = constrain(mode.vector, problem.layout, problem.data)
     truth = rig.truth.muscle_a.F_modulus_min
     assert float(values["F_modulus_min"]) == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.slow
+@double_precision
+def test_a_maximum_beside_the_true_one_is_left(tmp_path: Path) -> None:
+    """Coil contact that begins softly and early explains most; from many starts all descents end there.
+
+    The true maximum is 115 nat higher. Only kicks lead to it.
+    """
+    rig = random_rig(np.random.default_rng(77))
+    rig = replace(rig, truth=replace(rig.truth, effects=(make_effect("coil-contact"),)))
+    runs = {}
+    for number, mass in enumerate((0.139, 0.166, 0.212)):
+        protocol = staircase(mass, room=rig.fixture.room_temperature, cycles=1)
+        runs[f"staircase-{number}"] = simulate(rig, replace(protocol, log_period=0.1), (77, number))
+    save_runs(tmp_path / "runs", runs)
+    problem = pose(read_runs([tmp_path / "runs"]), effects=["coil-contact"])
+    found = [
+        constrain(find_mode(key, problem.layout, problem.data).vector, problem.layout, problem.data)
+        for key in jax.random.split(jax.random.key(0), 2)
+    ]
+    stiffness = [float(values["coil-contact.stiffness"]) for values in found]
+    assert stiffness == pytest.approx([100.0, 100.0], rel=0.05)
+
+
+def test_hopping_ends_where_no_kick_leads_higher() -> None:
+    levels = iter([3.0, -8.0, -7.9, -99.0])
+    first = Mode(jnp.zeros(1), 10.0, np.eye(1), 0)
+    found = hopped(first, lambda mode: mode._replace(potential=next(levels)), least=5.0)
+    assert found.potential == -8.0
+    assert next(levels) == -99.0
 
 
 def test_other_forces_are_tried_where_they_are_seen() -> None:

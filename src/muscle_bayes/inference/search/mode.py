@@ -201,15 +201,16 @@ def find_mode(
     wave: int = 4,
     agreeing: tuple[int, int] = (3, 20),
     agreement: float = 5.0,
-    kicks: int = 8,
+    kicks: int = 6,
+    kick: float = 2.0,
 ) -> Mode:
     """The best of several local maxima, started from the most probable of many prior draws.
 
     Each start is first fitted as if its misfit were white noise, which looks at the whole shape of a
     run, and only the best of these with the discrepancy's correlation, which looks at how it changes.
     From the best shape minimum forces are tried elsewhere, for descents do not find their way from a
-    spring that is open to one that is shut. Where starts did not agree, the best maximum is left again
-    by `kicks` at a time, as large as its Fisher information, as long as one leads higher.
+    spring that is open to one that is shut. In the end the best maximum is left by random kicks, as long
+    as one of them leads to a higher one.
 
     Args:
         key: random key of the prior draws.
@@ -223,7 +224,8 @@ def find_mode(
             where the misfit of the best is 1.2 times the noise: then the model is wrong, or most
             starts lead to a mode that is.
         agreement: see `agreeing`.
-        kicks: see above.
+        kicks: tried at a time.
+        kick: their size, in posterior standard deviations as the Fisher information has them.
 
     Raises:
         MuscleBayesError: when no prior draw gives a finite density.
@@ -240,8 +242,7 @@ def find_mode(
         shapes += _shaped(starts, layout, data, workers, shares)
         report(len(shapes), most_starts)
         wanted = agreeing[best().ratio > 1.2]
-        agreed = sum(shape.level < best().level + agreement for shape in shapes) >= wanted
-        if agreed:
+        if sum(shape.level < best().level + agreement for shape in shapes) >= wanted:
             break
     level = np.inf
     while best().level < level - agreement:
@@ -257,25 +258,23 @@ def find_mode(
         )
         if rows[-1].potential - rows[0].potential < 0.1:
             break
-    mode = _as_mode(rows[0])
-    return mode if agreed else _hopped(key, mode, layout, data, workers, kicks, agreement)
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+
+    def kicked(mode: Mode) -> Mode:
+        factor = FactoredPrecision(np.asarray(mode.information))
+        moves = [kick * factor.spread(rng.standard_normal(mode.vector.size)) for _ in range(kicks)]
+        found = _descended([mode.vector + move for move in moves], layout, data, workers=workers)
+        return _as_mode(min(found, key=lambda row: row.potential))
+
+    return hopped(_as_mode(rows[0]), kicked, agreement)
 
 
-def _hopped(
-    key: Array, mode: Mode, layout: Layout, data: Data, workers: int, kicks: int, least: float
-) -> Mode:
-    """The highest maximum that kicks from one to the next lead to, each by `least` nats or more.
+def hopped(mode: Mode, kicked: Callable[[Mode], Mode], least: float) -> Mode:
+    """The highest of maxima to each of which kicks lead from the one before, by `least` nats or more.
 
     Thresholds make a density with many maxima side by side. Source: basin hopping at no temperature, Wales
     and Doye, Journal of Physical Chemistry A 101 (1997), 5111-5116.
     """
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key)))
-    while True:
-        factor = FactoredPrecision(np.asarray(mode.information))
-        kicked = [
-            mode.vector + factor.spread(rng.standard_normal(len(mode.vector))) for _ in range(kicks)
-        ]
-        best = min(_descended(kicked, layout, data, workers=workers), key=lambda row: row.potential)
-        if best.potential > mode.potential - least:
-            return mode
-        mode = _as_mode(best)
+    while (further := kicked(mode)).potential < mode.potential - least:
+        mode = further
+    return mode
