@@ -49,8 +49,12 @@ def test_value_and_gradient_stay_finite_over_wide_draws(seed):
     for seen in both:
         assert np.isfinite(np.asarray(seen.speed)[solved]).all()
         assert np.isfinite(np.asarray(seen.hyst)[solved]).all()
-    names = ("potentiometer-nonlinearity.gain", "potentiometer-nonlinearity.bend")
-    straight = {name: jnp.zeros(DRAWS) for name in names}
+    straight = {
+        f"{name}.{key}": jnp.full(DRAWS, parameter.off)
+        for name, effect in CATALOGUE.items()
+        if effect.port == "reading"
+        for key, parameter in effect.parameters.items()
+    }
     for seen in responses_and_slopes(wide(seed) | straight)[1]:
         reached = np.abs(np.asarray(seen.sensed)[solved]).max()
         assert reached == 1.2, "the stops are reached and hold"
