@@ -37,6 +37,7 @@ def results(names, **stages):
         plan=SimpleNamespace(config=StudyConfig(), roles=roles, published=THESIS),
         posteriors={fit: posterior},
         summaries={fit: {"converged": True, "complaints": []}},
+        replaced=None,
         stages=found,
         get=found.get,
         drifts={"saw": DRIFT} if muscle else {},
@@ -55,6 +56,15 @@ def test_a_rig_without_a_muscle_has_no_rows_of_one():
     found = answers(results(("J", "D")))
     assert [row[0] for row in found["table"]["rows"]] == ["rotor inertia J", "friction D"]
     assert found["drift"] == found["control"] == []
+
+
+def test_a_fit_that_a_revised_one_replaces_is_told_apart():
+    found = results(VALUES)
+    found.summaries["muscle"] = {"converged": False, "complaints": ["R-hat is over 1.01: D 1.5"]}
+    told = "have NOT converged: R-hat is over 1.01: D 1.5."
+    assert answers(found)["trust"] == [f"The chains of the fit muscle {told}"]
+    found.replaced = "muscle"
+    assert answers(found)["trust"] == [f"The chains of the fit muscle, replaced by revised, {told}"]
 
 
 def test_what_was_missing_tells_probability_gap_and_creep_before_and_after():

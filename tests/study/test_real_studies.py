@@ -23,7 +23,9 @@ def test_a_study_of_a_measured_rig(real_data, tmp_path, rig):
     result = CliRunner().invoke(app, asked, env={"COLUMNS": "200"})
     told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     # The heated wire's one cycle does not separate friction from HYST: its chains need not agree.
-    assert result.exit_code == (EXIT_FAILED if told["not_converged"] else 0), result.output
+    assert result.exit_code == (
+        EXIT_FAILED if told["not_converged"].keys() - {told["replaced"]} else 0
+    ), result.output
     page = re.sub(r"\s+", " ", (tmp_path / "report.html").read_text(encoding="utf-8"))
     page = re.sub(r"<[^>]*>", "", page)
     assert "These data were measured." in page

@@ -42,6 +42,11 @@ class Results:
         """Of every fit."""
         return {name: summarise(one) for name, one in self.posteriors.items()}
 
+    @property
+    def replaced(self) -> str | None:
+        """The fit that the revised one replaces, None where nothing was added to the model."""
+        return self.stages["revised"].get("replaces")
+
     @cached_property
     def friction(self) -> Numbers | None:
         """Dry against linear friction."""
@@ -112,6 +117,7 @@ class Results:
             "drift": self.drifts,
             **without,
             "calibration": self._without_figures("calibration"),
+            "replaced": self.replaced,
             "not_converged": {
                 name: one["complaints"] for name, one in fits.items() if not one["converged"]
             },

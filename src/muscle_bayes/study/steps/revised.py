@@ -46,6 +46,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
         plan.result(name),
         {
             "fit": "revised",
+            "replaces": before,
             "effects": list(effects),
             "checksum": checksum,
             "summary": summarise(posterior),
