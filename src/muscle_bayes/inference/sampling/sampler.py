@@ -41,9 +41,10 @@ class Effort:
     """R-hat of the first draws above which another sampler is tried."""
     most_divergent: float = 0.02
     """Share of their transitions that may diverge, else it is, too."""
+    hopeless: float = 2.0
+    """R-hat above which sampling may end early; see `patience`."""
     patience: float = 8.0
-    """Sampling ends early where chains are still that far apart, and would need so many times the most
-    draws at the pace so far."""
+    """It then does where it would need so many times the most draws at the pace so far."""
     chunk: int = 25
     """Draws between two reports of progress."""
 
@@ -57,7 +58,7 @@ def out_of_reach(draws: Draws, effort: Effort) -> bool:
     """Whether chains that are far apart gather effective draws much too slowly to agree in the end."""
     most = effort.draws + effort.rounds * (effort.draws // 2)
     needed = draws.values.shape[1] * effort.min_ess / _least_ess(draws)
-    return worst_rhat(draws) > effort.far_apart and needed > effort.patience * most
+    return worst_rhat(draws) > effort.hopeless and needed > effort.patience * most
 
 
 def _least_ess(draws: Draws) -> float:
