@@ -7,7 +7,7 @@ import numpy as np
 
 from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.conventions import STRAIN_EPSILON
-from muscle_bayes.physics.effects.coil_contact import CoilContact
+from muscle_bayes.physics.effects.muscle.coil_contact import CoilContact
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import DAMPER_FLOOR, MuscleParameters
 

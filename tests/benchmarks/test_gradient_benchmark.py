@@ -19,7 +19,7 @@ from muscle_bayes.inference.model.density import constrain
 from muscle_bayes.inference.model.lane_model import physical_of, plant_of
 from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.running.programs import potential_at
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 

@@ -23,8 +23,8 @@ from muscle_bayes.control.judging.metrics import Metrics  # noqa: E402
 from muscle_bayes.control.judging.specification import Specification  # noqa: E402
 from muscle_bayes.control.plant.design import Design  # noqa: E402
 from muscle_bayes.control.plant.draws import JointDraws  # noqa: E402
-from muscle_bayes.physics.effects.coil_contact import CoilContact  # noqa: E402
-from muscle_bayes.physics.plant import Drive  # noqa: E402
+from muscle_bayes.physics.effects.muscle.coil_contact import CoilContact  # noqa: E402
+from muscle_bayes.physics.state import Drive  # noqa: E402
 
 GAIN, COOLING = 4.5, 0.02
 """K/s at full power, and 1/s."""

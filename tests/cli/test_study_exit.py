@@ -13,10 +13,11 @@ from muscle_bayes.study.plan import Plan
 @pytest.mark.parametrize(
     ("not_converged", "replaced", "code"),
     [
-        ({}, None, 0),
-        ({"muscle": ["R-hat is over 1.01"]}, None, 1),
-        ({"muscle": ["R-hat is over 1.01"]}, "muscle", 0),
-        ({"revised": ["R-hat is over 1.01"]}, "muscle", 1),
+        ({}, [], 0),
+        ({"muscle": ["R-hat is over 1.01"]}, [], 1),
+        ({"muscle": ["R-hat is over 1.01"]}, ["muscle"], 0),
+        ({"muscle": ["R-hat is over 1.01"]}, ["fixture-coulomb", "muscle"], 0),
+        ({"revised": ["R-hat is over 1.01"]}, ["muscle"], 1),
     ],
 )
 def test_a_fit_that_is_replaced_does_not_fail_a_study(

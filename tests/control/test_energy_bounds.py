@@ -11,7 +11,7 @@ from muscle_bayes.control.closed_loop import start_of
 from muscle_bayes.control.laws.gains import Gains
 from muscle_bayes.control.plant.rotor import advance
 from muscle_bayes.control.scenarios.scenario import course_of
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 ROOM = Drive(jnp.full(2, 25.0), jnp.zeros(()), jnp.zeros(()))
 

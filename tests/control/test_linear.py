@@ -26,7 +26,7 @@ from muscle_bayes.control.plant.heater import HeaterState
 from muscle_bayes.control.plant.rotor import Motion, advance
 from muscle_bayes.control.scenarios.scenario import course_of
 from muscle_bayes.errors import MuscleBayesError
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 VALUES = TABLE_1_LINEAR | TABLE_2 | HEATER | {"heater.lag": 0.5}
 

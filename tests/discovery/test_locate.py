@@ -7,8 +7,8 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.data.writer import write_run
 from muscle_bayes.discovery.conditions import Trace, where
 from muscle_bayes.discovery.nominal import noise_of_reading
-from muscle_bayes.discovery.replicates import rounded_errors
 from muscle_bayes.discovery.scan import LEAST_P, Scan, of_largest, scan
+from muscle_bayes.inference.model.rounding import rounded_errors
 from muscle_bayes.twin import Rig, simulate, spring_rig
 from muscle_bayes.twin.protocols import spring
 

@@ -15,7 +15,7 @@ from wide_draws import DRAWS, SIZE, nominal, prior_draws, responses_and_slopes
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.physics.effect import PORTS, CourseFilter, Effect, MemoryEffect, Signals
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 from muscle_bayes.twin import EFFECTS
 
 each = pytest.mark.parametrize("effect", CATALOGUE.values(), ids=CATALOGUE)

@@ -24,8 +24,8 @@ from example_plants import (
 from muscle_bayes.physics.elements import Arm, ReferenceSpring
 from muscle_bayes.physics.friction import CoulombFriction, LinearFriction
 from muscle_bayes.physics.linkage import Drum, Pins, Straight
-from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.solvers.play import play
+from muscle_bayes.physics.state import Drive
 
 G, RATE, INTERCEPT = 9.80665, 145.71, -5.2097
 

@@ -49,8 +49,8 @@ from muscle_bayes.physics.effects import (
 from muscle_bayes.physics.elements import Instant, NoElement
 from muscle_bayes.physics.friction import CoulombFriction
 from muscle_bayes.physics.memory import rested
-from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.schedule import filtered
+from muscle_bayes.physics.state import Drive
 
 EXACT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "dense_output": True}
 STIFFNESS, INERTIA = 0.15, 0.002

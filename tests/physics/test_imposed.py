@@ -5,7 +5,7 @@ import numpy as np
 from example_plants import TABLE_2, muscle, plant, schedule
 from scipy.integrate import solve_ivp
 
-from muscle_bayes.physics.effects.thermal_lag import ThermalLag
+from muscle_bayes.physics.effects.sensing.thermal_lag import ThermalLag
 from muscle_bayes.physics.elements import Arm, Spring, TorsionSpring
 from muscle_bayes.physics.imposed import imposed_response
 from muscle_bayes.physics.linkage import Straight

@@ -4,8 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from muscle_bayes.physics.plant import PlantState
 from muscle_bayes.physics.solvers import StickSlip
+from muscle_bayes.physics.state import PlantState
 
 COUNT = 4000
 

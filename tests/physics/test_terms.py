@@ -19,10 +19,10 @@ from example_plants import (
 
 from muscle_bayes.physics.effects import SecondRelaxation
 from muscle_bayes.physics.friction import LinearFriction
-from muscle_bayes.physics.plant import PlantState
 from muscle_bayes.physics.schedule import filtered
 from muscle_bayes.physics.simulation import initial_state, simulate
 from muscle_bayes.physics.solvers import QuasiStatic, StickSlip
+from muscle_bayes.physics.state import PlantState
 
 
 def slopes(errors, ratio):

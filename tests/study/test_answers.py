@@ -37,7 +37,7 @@ def results(names, **stages):
         plan=SimpleNamespace(config=StudyConfig(), roles=roles, published=THESIS),
         posteriors={fit: posterior},
         summaries={fit: {"converged": True, "complaints": []}},
-        replaced=None,
+        replaced=[],
         stages=found,
         get=found.get,
         drifts={"saw": DRIFT} if muscle else {},
@@ -63,7 +63,7 @@ def test_a_fit_that_a_revised_one_replaces_is_told_apart():
     found.summaries["muscle"] = {"converged": False, "complaints": ["R-hat is over 1.01: D 1.5"]}
     told = "have NOT converged: R-hat is over 1.01: D 1.5."
     assert answers(found)["trust"] == [f"The chains of the fit muscle {told}"]
-    found.replaced = "muscle"
+    found.replaced = ["muscle"]
     assert answers(found)["trust"] == [f"The chains of the fit muscle, replaced by revised, {told}"]
 
 

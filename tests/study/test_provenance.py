@@ -52,5 +52,5 @@ def test_code_is_followed_through_imports_and_reads_no_comments(
 
 def test_what_discovery_finds_does_not_depend_on_the_sampler() -> None:
     names = modules_of("muscle_bayes.discovery.discover")
-    assert "muscle_bayes.physics.effects.slack" in names
+    assert "muscle_bayes.physics.effects.muscle.slack" in names
     assert "muscle_bayes.inference.sampling.sampler" not in names

@@ -69,9 +69,9 @@ def study(
     console.print(f"read {out / 'report.html'} or {out / 'report.pdf'}", soft_wrap=True)
     complaints, replaced = summary["not_converged"], summary["replaced"]
     for name, reasons in complaints.items():
-        which = f"{name}, replaced by revised," if name == replaced else name
+        which = f"{name}, replaced by revised," if name in replaced else name
         console.print(f"{which} NOT CONVERGED: " + "; ".join(reasons), style="bold red")
-    if complaints.keys() - {replaced}:
+    if complaints.keys() - replaced:
         raise typer.Exit(EXIT_FAILED)
 
 

@@ -17,9 +17,10 @@ from muscle_bayes.control.scenarios.scenario import Course
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
 from muscle_bayes.physics.memory import Memory
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.solvers.exponential_midpoint import exponential_step, paired, stacked
 from muscle_bayes.physics.springs import tensile_strain
+from muscle_bayes.physics.state import Drive
 
 TRAINING_TENSION = 0.060 * 9.80665 * 0.0889 / 0.030
 """Tension of a muscle in training: 60 g on the disc of the bench's fixture [N]."""

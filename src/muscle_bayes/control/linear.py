@@ -17,7 +17,7 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.bisection import bisect
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 LEAST_LAG = 1e-3
 """A lag below this is taken for it, so that the state space has the same order [s]."""

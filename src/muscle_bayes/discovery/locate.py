@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -11,12 +13,12 @@ from muscle_bayes.discovery.conditions import Trace, is_settled, traces, where
 from muscle_bayes.discovery.fit import Search
 from muscle_bayes.discovery.fitted import Fitted, noise_names
 from muscle_bayes.discovery.nominal import error_of_reading, noise_of_reading
-from muscle_bayes.discovery.replicates import replicated_errors
 from muscle_bayes.discovery.scan import Scan, scan
 from muscle_bayes.inference.model.likelihood import lasting_variance
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
-from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.model.rounding import rounded_errors
+from muscle_bayes.inference.search.nested import Nested, values_at
 from muscle_bayes.markup import html_table
 
 SIGNIFICANT = 0.0085
@@ -177,3 +179,40 @@ def _apart(found: Scan, most: int = 12) -> list[int]:
         if all(end <= found.start[i] or begin >= found.end[i] for i in chosen):
             chosen.append(int(index))
     return chosen
+
+
+def replicated_errors(
+    nested: Nested, fitted: Fitted, count: int, seed: int, fine: float = 3.0
+) -> Float[np.ndarray, "error replicate"]:
+    """Standardised errors of data sets that the model itself would give, in the order of `fitted.errors`.
+
+    A sensor that rounds by more than its noise biases the readings of a rotor at rest, the mean of many
+    as much as each: by how much depends on where between two steps it lies, which no model tells so well.
+
+    Readings are rounded as the sensor rounds, where noise is below `fine` of its steps; where between
+    two steps each run lies is drawn.
+    """
+    rng = np.random.default_rng(seed)
+    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
+    places = rng.uniform(0.0, 1.0, (len(nested.problem.runs), count))
+    parts = []
+    for lanes, regime, owners, residual in zip(
+        fitted.data.lanes,
+        nested.layout.regimes,
+        nested.problem.lane_runs,
+        fitted.seen.residuals,
+        strict=True,
+    ):
+        noise, whole = float(values[f"{regime}.noise"]), jax.tree.map(np.asarray, lanes)
+        modelled = whole.reading - np.asarray(residual)
+        for lane, owner in enumerate(owners):
+            normal = rng.standard_normal((modelled.shape[1], count))
+            quantum, coarse = float(whole.quantum[lane]), whole.coarse[lane][:, None]
+            readings = np.maximum(whole.weight[lane], 1.0)[:, None]
+            if 0.0 < noise < fine * quantum:
+                spread = noise / quantum
+                place = modelled[lane][:, None] / quantum + places[owner]
+                error = rounded_errors(place, normal, readings, spread)
+                normal = error / np.sqrt(spread**2 / readings + coarse)
+            parts.append(normal)
+    return np.concatenate(parts)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.response import Response
 from muscle_bayes.physics.schedule import Schedule, filtered
 from muscle_bayes.physics.simulation import initial_state
@@ -18,6 +18,7 @@ from muscle_bayes.physics.solvers.exponential_midpoint import (
     paired,
     stacked,
 )
+from muscle_bayes.physics.state import Drive
 
 HYST = "hyst"
 """Name of sigma_hyst among the states that relax."""

@@ -8,7 +8,8 @@ from jaxtyping import Array, Float, Int
 
 from muscle_bayes.physics.effect import MemoryEffect
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.state import Drive
 
 FIRST_REST, REST_RATIO, REST_STEPS = 0.1, 8.0, 8
 """Times [s] for which a state goes on at its first rate, to pass its rest at last: up to 20 days."""

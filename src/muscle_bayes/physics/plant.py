@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -24,42 +23,15 @@ from muscle_bayes.physics.effect import (
 from muscle_bayes.physics.elements import Element, Instant, Muscle, through_port
 from muscle_bayes.physics.friction import FrictionLaw
 from muscle_bayes.physics.linkage import Scalar
+from muscle_bayes.physics.state import Drive, Pair, PlantState
 
 LOCATING_STEPS = 4
 """Newton steps from a reading to the coordinate; sensors are nearly straight."""
 
 
-class Drive(NamedTuple):
-    """What is imposed on the plant at one instant."""
-
-    temperature: Float[Array, "2"]
-    """Muscle temperature of sides A and B [C]."""
-    load: Scalar
-    """Hanging mass [kg]."""
-    applied: Scalar
-    """Logged drive: a generalised force [N m or N], or what the actuator makes one of [A, V or duty]."""
-
-
-Pair = tuple[Scalar, Scalar]
-"""What is so on sides A and B. Scalars, not an array: that compiles to a third of the work."""
-
-
 def _like(other: Array | Pair, pair: Pair) -> Array | Pair:
     """The pair, as an array where the other is one."""
     return pair if isinstance(other, tuple) else jnp.stack(pair)
-
-
-class PlantState(NamedTuple):
-    """State of the equation of motion; as the value of a vector field, its derivative in time."""
-
-    q: Scalar
-    """Coordinate [rad or m]."""
-    speed: Scalar
-    """dq/dt [rad/s or m/s]."""
-    hyst: Float[Array, "2"] | Pair
-    """sigma_hyst of sides A and B."""
-    memory: Mapping[str, Float[Array, "2"] | Pair]
-    """States of the effects with memory on sides A and B, by name."""
 
 
 class Plant(eqx.Module):

@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.schedule import Schedule
+from muscle_bayes.physics.state import Drive
 
 
 def swing_rate(plant: Plant, q: Scalar, hyst: Float[Array, "2"], drive: Drive) -> Scalar:

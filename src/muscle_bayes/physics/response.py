@@ -10,11 +10,12 @@ from jaxtyping import Array, Bool, Float
 
 from muscle_bayes.physics.effect import TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive, Plant, PlantState
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
 from muscle_bayes.physics.simulation import at_rest, initial_state, simulate
 from muscle_bayes.physics.solvers import QuasiStatic, StickSlip
+from muscle_bayes.physics.state import Drive, PlantState
 
 
 class Response(NamedTuple):

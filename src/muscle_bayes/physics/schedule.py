@@ -12,7 +12,7 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from muscle_bayes.physics.effect import TemperatureFilter
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 Index = Int[Array, ""]
 

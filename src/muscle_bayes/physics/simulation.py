@@ -9,12 +9,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from muscle_bayes.physics.memory import starting
-from muscle_bayes.physics.plant import Plant, PlantState
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.schedule import Schedule, filtered
 from muscle_bayes.physics.solvers.nodes import StepToNodes
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
 from muscle_bayes.physics.solvers.quasi_static import QuasiStatic
 from muscle_bayes.physics.solvers.stick_slip import StickSlip
+from muscle_bayes.physics.state import PlantState
 
 
 def initial_state(

@@ -92,7 +92,7 @@ def _published(
 
 def _trust(results: Results) -> list[str]:
     failed = [
-        converged(f"the fit {name}" + ", replaced by revised," * (name == results.replaced), one)
+        converged(f"the fit {name}" + ", replaced by revised," * (name in results.replaced), one)
         for name, one in results.summaries.items()
         if not one["converged"]
     ]

@@ -43,9 +43,9 @@ class Results:
         return {name: summarise(one) for name, one in self.posteriors.items()}
 
     @property
-    def replaced(self) -> str | None:
-        """The fit that the revised one replaces, None where nothing was added to the model."""
-        return self.stages["revised"].get("replaces")
+    def replaced(self) -> list[str]:
+        """The fits that the revised one replaces; none where nothing was added to the model."""
+        return self.stages["revised"].get("replaces", [])
 
     @cached_property
     def friction(self) -> Numbers | None:

@@ -23,7 +23,7 @@ from muscle_bayes.control.plant.rotor import Motion
 from muscle_bayes.control.scenarios.scenario import Course, Scenario, course_of
 from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 from muscle_bayes.progress import Report, silent
 
 FEEDBACK = 2e4

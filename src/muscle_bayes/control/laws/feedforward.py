@@ -10,7 +10,7 @@ from muscle_bayes.control.plant.draws import JointDraws
 from muscle_bayes.control.plant.rest import angles_between
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.bisection import bisect
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 
 @double_precision

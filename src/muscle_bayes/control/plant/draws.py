@@ -26,7 +26,7 @@ from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.friction import FRICTION_LAWS
 from muscle_bayes.physics.muscle import MuscleParameters
-from muscle_bayes.physics.plant import Drive
+from muscle_bayes.physics.state import Drive
 
 HEATER: Final = ("gain", "cooling", "lag")
 """Names of a heater's numbers among a joint's values, as `heater.NAME`."""

@@ -7,7 +7,8 @@ from muscle_bayes.control.plant.rotor import Motion
 from muscle_bayes.physics.bisection import bisect
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.memory import rested
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.state import Drive
 
 REST_ROUNDS = 6
 """Times that rest and what is remembered there are found in turn."""

@@ -8,7 +8,8 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
-from muscle_bayes.physics.plant import Drive, Plant
+from muscle_bayes.physics.plant import Plant
+from muscle_bayes.physics.state import Drive
 
 
 class Motion(NamedTuple):

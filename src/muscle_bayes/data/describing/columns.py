@@ -4,9 +4,18 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, PlainValidator, model_validator
 
+from muscle_bayes.conventions import Motion
 from muscle_bayes.data.describing.elements import Table, as_tuple
 from muscle_bayes.data.describing.sizes import Finite, NonNegative
-from muscle_bayes.data.units import ALL_POSITIONS, COUNTS, POWERS, Kind, stated_unit
+from muscle_bayes.data.units import (
+    ALL_POSITIONS,
+    COUNTS,
+    DRIVES,
+    POSITIONS,
+    POWERS,
+    Kind,
+    stated_unit,
+)
 
 
 def _checked(value: Any) -> str | int:
@@ -142,3 +151,17 @@ before the row; blank while it did not answer."""
 
 HEATER_COLUMNS: Final = ("duty_a", "duty_b", "faults", "fan")
 """Their names in a run's table; NaN where a cell is blank or the log has no such column."""
+
+
+def column_kinds(column: str, motion: Motion, has_torque: bool) -> tuple[tuple[Kind, ...], str]:
+    """What a run's column may hold on such a rig, and its unit where none is stated."""
+    known: dict[str, tuple[tuple[Kind, ...], str]] = {
+        "time": (("time",), "s"),
+        "reading": (POSITIONS[motion], COUNTS),
+        "load": (("mass",), "kg"),
+        "force": (("torque",), "N*m") if has_torque else (("force",), "N"),
+        "power_a": (POWERS, "W"),
+        "power_b": (POWERS, "W"),
+        "applied": (DRIVES[motion], "N" if motion == "linear" else "N*m"),
+    }
+    return known.get(column, (("temperature",), "degC"))

@@ -5,7 +5,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from muscle_bayes.data.describing.columns import COLUMN_KEYS, Columns
+from muscle_bayes.data.describing.columns import COLUMN_KEYS, Columns, column_kinds
 from muscle_bayes.data.describing.elements import (
     ArmElement,
     Element,
@@ -27,7 +27,6 @@ from muscle_bayes.data.units import (
     COUNTS,
     DRIVES,
     POSITIONS,
-    POWERS,
     Kind,
     Unit,
     examples,
@@ -85,17 +84,7 @@ class Metadata(Table):
 
     def kinds_of(self, column: str) -> tuple[tuple[Kind, ...], str]:
         """What a run's column may hold on this rig, and its unit where none is stated."""
-        motion = self.fixture.motion
-        known: dict[str, tuple[tuple[Kind, ...], str]] = {
-            "time": (("time",), "s"),
-            "reading": (POSITIONS[motion], COUNTS),
-            "load": (("mass",), "kg"),
-            "force": (("torque",), "N*m") if self.has_torque else (("force",), "N"),
-            "power_a": (POWERS, "W"),
-            "power_b": (POWERS, "W"),
-            "applied": (DRIVES[motion], "N" if motion == "linear" else "N*m"),
-        }
-        return known.get(column, (("temperature",), "degC"))
+        return column_kinds(column, self.fixture.motion, self.has_torque)
 
     def _unit(self, stated: str | None, column: str) -> Unit:
         kinds, usual = self.kinds_of(column)

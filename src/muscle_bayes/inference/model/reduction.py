@@ -26,9 +26,9 @@ from muscle_bayes.inference.running.programs import (
     solved_at,
     unconstrained,
 )
-from muscle_bayes.physics.plant import Drive
 from muscle_bayes.physics.refinement import FineGrid, refined, swing_rate
 from muscle_bayes.physics.response import Response
+from muscle_bayes.physics.state import Drive
 
 TOLERANCE, SHARE = 0.5, 0.02
 """Largest RMS distance of a reduced run from one with full inertia: in the sensor's resolution or the

@@ -6,7 +6,7 @@ import numpy as np
 from numpyro import distributions as dist
 
 from muscle_bayes.data.run import Run
-from muscle_bayes.physics.effects.clock_offset import ClockOffset
+from muscle_bayes.physics.effects.sensing.clock_offset import ClockOffset
 
 _PARAMETER = f"{ClockOffset.name}.delay"
 

@@ -73,6 +73,7 @@ class Nuts:
     target_acceptance: float = 0.75
     max_tree_depth: int = 5
     walls: tuple[str, ...] = MINIMUM_FORCES
+    """As those of `LinearisedSteps`."""
     slices: Slices = field(default_factory=Slices)
 
     statistics: ClassVar[dict[str, str]] = {

@@ -2,29 +2,31 @@
 
 from muscle_bayes.errors import MuscleBayesError, did_you_mean
 from muscle_bayes.physics.effect import CourseFilter, Effect
-from muscle_bayes.physics.effects.backlash import Backlash
-from muscle_bayes.physics.effects.bias_torque import BiasTorque
-from muscle_bayes.physics.effects.clock_offset import ClockOffset
-from muscle_bayes.physics.effects.cogging import Cogging
-from muscle_bayes.physics.effects.coil_contact import CoilContact
-from muscle_bayes.physics.effects.damper_law import DamperLaw
 from muscle_bayes.physics.effects.empirical import PREFIX, empirical_type
-from muscle_bayes.physics.effects.first_cycle_set import FirstCycleSet
-from muscle_bayes.physics.effects.force_scale import ForceScale
-from muscle_bayes.physics.effects.hysteresis_yield import HysteresisYield
-from muscle_bayes.physics.effects.load_dependent_friction import LoadDependentFriction
-from muscle_bayes.physics.effects.modulus_temperature import ModulusTemperature
+from muscle_bayes.physics.effects.muscle.coil_contact import CoilContact
+from muscle_bayes.physics.effects.muscle.damper_law import DamperLaw
+from muscle_bayes.physics.effects.muscle.first_cycle_set import FirstCycleSet
+from muscle_bayes.physics.effects.muscle.hysteresis_yield import HysteresisYield
+from muscle_bayes.physics.effects.muscle.modulus_temperature import ModulusTemperature
+from muscle_bayes.physics.effects.muscle.second_relaxation import SecondRelaxation
+from muscle_bayes.physics.effects.muscle.slack import Slack
 from muscle_bayes.physics.effects.own import FILES, AnyEffectType, own_effects
-from muscle_bayes.physics.effects.partial_heating import PartialHeating
-from muscle_bayes.physics.effects.position_dependent_friction import PositionDependentFriction
-from muscle_bayes.physics.effects.potentiometer_nonlinearity import PotentiometerNonlinearity
-from muscle_bayes.physics.effects.quadratic_drag import QuadraticDrag
-from muscle_bayes.physics.effects.second_relaxation import SecondRelaxation
-from muscle_bayes.physics.effects.slack import Slack
-from muscle_bayes.physics.effects.stribeck_friction import StribeckFriction
-from muscle_bayes.physics.effects.thermal_lag import ThermalLag
-from muscle_bayes.physics.effects.viscous_friction import ViscousFriction
-from muscle_bayes.physics.effects.zero_drift import ZeroDrift
+from muscle_bayes.physics.effects.rotor.bias_torque import BiasTorque
+from muscle_bayes.physics.effects.rotor.cogging import Cogging
+from muscle_bayes.physics.effects.rotor.force_scale import ForceScale
+from muscle_bayes.physics.effects.rotor.load_dependent_friction import LoadDependentFriction
+from muscle_bayes.physics.effects.rotor.position_dependent_friction import PositionDependentFriction
+from muscle_bayes.physics.effects.rotor.quadratic_drag import QuadraticDrag
+from muscle_bayes.physics.effects.rotor.stribeck_friction import StribeckFriction
+from muscle_bayes.physics.effects.rotor.viscous_friction import ViscousFriction
+from muscle_bayes.physics.effects.sensing.backlash import Backlash
+from muscle_bayes.physics.effects.sensing.clock_offset import ClockOffset
+from muscle_bayes.physics.effects.sensing.partial_heating import PartialHeating
+from muscle_bayes.physics.effects.sensing.potentiometer_nonlinearity import (
+    PotentiometerNonlinearity,
+)
+from muscle_bayes.physics.effects.sensing.thermal_lag import ThermalLag
+from muscle_bayes.physics.effects.sensing.zero_drift import ZeroDrift
 
 AnyEffect = Effect | CourseFilter
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.physics.linkage import Scalar
-from muscle_bayes.physics.plant import Pair
+from muscle_bayes.physics.state import Pair
 
 Memory = dict[str, Pair]
 """States of the effects with memory on sides A and B, by name."""

@@ -9,9 +9,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from muscle_bayes.physics.plant import Plant, PlantState
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.schedule import Segment
 from muscle_bayes.physics.solvers.play import Stops
+from muscle_bayes.physics.state import PlantState
 
 
 class PlantSolver(diffrax.AbstractSolver):

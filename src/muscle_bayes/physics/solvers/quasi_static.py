@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool
 
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
-from muscle_bayes.physics.plant import Pair, Plant, PlantState
+from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.schedule import Segment
 from muscle_bayes.physics.solvers.exponential_midpoint import (
     Memory,
@@ -22,6 +22,7 @@ from muscle_bayes.physics.solvers.exponential_midpoint import (
 )
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
 from muscle_bayes.physics.solvers.play import Forces, Search, Stops, play, stopped
+from muscle_bayes.physics.state import Pair, PlantState
 
 GAMMA = 1.0 - 0.5**0.5
 """Coefficient that makes the two-stage Rosenbrock method ROS2 L-stable."""

@@ -11,7 +11,6 @@ from jaxtyping import Array, Bool
 
 from muscle_bayes.physics.linkage import Scalar
 from muscle_bayes.physics.materialise import materialise
-from muscle_bayes.physics.plant import Pair, PlantState
 from muscle_bayes.physics.schedule import Segment
 from muscle_bayes.physics.solvers.exponential_midpoint import (
     Memory,
@@ -21,6 +20,7 @@ from muscle_bayes.physics.solvers.exponential_midpoint import (
 )
 from muscle_bayes.physics.solvers.plant_solver import PlantSolver
 from muscle_bayes.physics.solvers.play import Stops
+from muscle_bayes.physics.state import Pair, PlantState
 
 
 class StickSlip(PlantSolver):

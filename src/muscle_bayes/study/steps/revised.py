@@ -11,6 +11,7 @@ from muscle_bayes.progress import Report
 from muscle_bayes.report.posterior_figures import forest_figure
 from muscle_bayes.study.plan import Plan
 from muscle_bayes.study.published import middles, values_of
+from muscle_bayes.study.stages import base_fits
 from muscle_bayes.study.steps.figures import Drawn, origin_of
 from muscle_bayes.study.steps.fit import rotor_effects
 
@@ -22,12 +23,13 @@ def make(plan: Plan, name: str, report: Report) -> None:
     prior, others to all runs together.
     """
     effects = tuple(plan.found("effects")["effects"])
-    before = "muscle" if plan.roles.muscle else f"fixture-{plan.config.friction}"
+    before = base_fits(plan)[-1]
     nominal_effects = with_open_delay(plan.runs(plan.roles.fitted), plan.config.effects)
     if effects == nominal_effects:
         write_json(plan.result(name), {"fit": before, "effects": list(effects), "figures": {}})
         return
-    posterior = _fit(plan, effects, report)
+    apart = bool(plan.roles.fixture and plan.roles.muscle and not rotor_effects(effects))
+    posterior = _fit(plan, effects, apart, report)
     posterior.save(plan.posterior("revised"))
     drawn = Drawn(plan)
     nominal = Posterior.load(plan.posterior(before))
@@ -46,7 +48,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
         plan.result(name),
         {
             "fit": "revised",
-            "replaces": before,
+            "replaces": [before] if apart else list(base_fits(plan)),
             "effects": list(effects),
             "checksum": checksum,
             "summary": summarise(posterior),
@@ -55,9 +57,9 @@ def make(plan: Plan, name: str, report: Report) -> None:
     )
 
 
-def _fit(plan: Plan, effects: tuple[str, ...], report: Report) -> Posterior:
+def _fit(plan: Plan, effects: tuple[str, ...], apart: bool, report: Report) -> Posterior:
+    """Of all runs, or of the muscle's `apart`."""
     roles, friction = plan.roles, plan.config.friction
-    apart = roles.fixture and roles.muscle and not rotor_effects(effects)
     given = Posterior.load(plan.posterior(f"fixture-{friction}")) if apart else None
     return fit(
         plan.fitted(roles.muscle if apart else roles.fitted),

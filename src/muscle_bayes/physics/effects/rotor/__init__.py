@@ -1,0 +1,1 @@
+"""Effects on the rotor and its bearing."""

@@ -1,0 +1,1 @@
+"""Effects between what sensors show and what muscle and rotor do."""
