@@ -1,6 +1,7 @@
 """Fixtures that several test folders share."""
 
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +24,21 @@ LONGEST = "test_a_hidden_effect_is_named_and_added"
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest test comes first: else one worker ends minutes after the others."""
     items.sort(key=lambda item: item.name != LONGEST)
+
+
+MOST_MAPS = 30_000
+"""Of the 65,530 pieces of memory that Linux lets a process map; compiled code takes some each."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_memory_maps() -> Iterator[None]:
+    """Without this, one process that runs all tests is aborted two thirds through."""
+    yield
+    maps = Path("/proc/self/maps")
+    if "jax" in sys.modules and maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS:
+        import jax
+
+        jax.clear_caches()
 
 
 @pytest.fixture(scope="session")

@@ -123,10 +123,10 @@ def axis(rng: np.random.Generator) -> OtherRig:
     speed = amplitude / mass / (2.0 * np.pi * slow)
     reach = speed / (2.0 * np.pi * slow)
     step = reach * float(np.exp(rng.uniform(np.log(1e-4), np.log(1e-3))))
-    none = 'applied = "force_n"\n\n[fixture]\nmotion = "linear"\n\n[element_a]\nkind = "none"\n'
+    force = 'applied = "force_n"\napplied_held = true\n\n[fixture]\nmotion = "linear"\n'
     return OtherRig(
         unit="m",
-        metadata=none,
+        metadata=f'{force}\n[element_a]\nkind = "none"\n',
         inertia=mass,
         dry=amplitude * rng.uniform(0.03, 0.1),
         force=amplitude,

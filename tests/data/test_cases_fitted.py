@@ -68,8 +68,14 @@ def test_a_wheel_that_coasts_tells_the_ratio_of_friction_to_inertia(cases: Path)
 
 
 def test_a_free_swing(cases: Path) -> None:
-    low, high = interval(fitted(cases, "free-swing-1.txt", "viscous-friction"), "J")
-    assert low < 1.37e-5 < high
+    """The period of small swings, 0.575 s, tells the inertia about the pivot under the stated arm.
+
+    At large angles two kinds of friction do not describe the swing, so intervals are too narrow.
+    """
+    posterior = fitted(cases, "free-swing-1.txt", "viscous-friction")
+    inertia = summarise(posterior)["parameters"]["J"]["mean"] + 0.0157 * 0.0685**2
+    told = 0.0157 * 9.81 * 0.0685 * (0.575 / (2.0 * np.pi)) ** 2
+    assert inertia == pytest.approx(told, rel=0.03)
 
 
 def test_a_gyroscope_on_a_wheel(cases: Path) -> None:

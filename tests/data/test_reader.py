@@ -198,6 +198,16 @@ def test_shows_well(read):
     assert "<b>Run</b> stairs" in run._repr_html_()
 
 
+@pytest.mark.parametrize("digits", [6, 7, 9])
+def test_grid_of_significant_digits(digits):
+    """As %.9g prints: small numbers have more decimals than large ones."""
+    steps = 0.3 + np.arange(-400, 1200) * 0.00153398079
+    printed = np.array([float(f"{one:.{digits}g}") for one in steps])
+    assert grid_step(printed) == pytest.approx(0.00153398, rel=1e-4)
+    noise = np.random.default_rng(1).normal(size=300)
+    assert grid_step([float(f"{one:.{digits}g}") for one in noise]) < 1e-5
+
+
 def test_grid_of_printed_steps():
     steps = np.arange(400) * 0.00153398
     assert grid_step(np.round(steps, 6)) == pytest.approx(0.00153398, rel=1e-5)

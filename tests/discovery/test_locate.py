@@ -181,3 +181,20 @@ def test_noise_is_told_from_rounding(tmp_path, noise: float) -> None:
         write_run(tmp_path, f"run-{number}", run.log, run.metadata)
     told = np.mean([noise_of_reading(run) for run in read_runs([tmp_path])])
     assert told == pytest.approx(noise, rel=0.2)
+
+
+@pytest.mark.parametrize("share", [0.25, 1.0])
+def test_noise_is_told_from_a_swing_that_ends(tmp_path, share: float) -> None:
+    """At rest a sensor of coarse steps shows hardly any noise."""
+    step, time = 2.0 * np.pi / 4096, 0.005 * np.arange(1500)
+    swing = np.cos(7.0 * time) * np.maximum(1.0 - time / 3.0, 0.0) + 0.3 * step
+    noise = share * step * np.random.default_rng(3).normal(size=time.size)
+    shown = step * np.round((swing + noise) / step)
+    rows = [f"{t:.9g},{q:.9g}" for t, q in zip(time, shown, strict=True)]
+    (tmp_path / "swing.csv").write_text("\n".join(["time_s,angle_rad", *rows, ""]))
+    head = 'format = 1\nprotocol = "free"\norigin = "synthetic"\n\n[columns]\n'
+    columns = 'time = "time_s"\nposition = "angle_rad"\nposition_unit = "rad"\n'
+    (tmp_path / "swing.toml").write_text(f'{head}{columns}\n[element_a]\nkind = "none"\n')
+    (run,) = read_runs([tmp_path])
+    assert run.output_sensor.resolution == pytest.approx(step, rel=1e-5)
+    assert noise_of_reading(run) == pytest.approx(share * step, rel=0.1)

@@ -22,8 +22,9 @@ from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.control.plant.rotor import Motion
 from muscle_bayes.control.scenarios.scenario import Course, Scenario
 
-SIDE_BY_SIDE = 256
-"""Loops per batch of a core: what fills its vector units and hides the cost of a step."""
+SIDE_BY_SIDE = 64
+"""Loops per batch of a core: what fills its vector units and hides the cost of a step. Fewer are filled
+up, so that one program serves any number: compiling takes longer than hundreds of loops."""
 SHOWN_EVERY = 10
 """Periods between the samples of responses that are kept."""
 
@@ -120,11 +121,10 @@ def batch_by_batch(program: Any, arguments: Any, common: tuple[Any, ...], **stat
     Compiled here and once: threads that call a new program each compile it for themselves.
     """
     count = jax.tree.leaves(arguments)[0].shape[0]
-    size = min(SIDE_BY_SIDE, 8 * -(-count // 8))
-    batches = -(-count // size)
+    batches = -(-count // SIDE_BY_SIDE)
     arguments, common = _single(arguments), _single(common)
     # The last batch is filled up with rows from the front, which are dropped afterwards.
-    places = np.arange(batches * size).reshape(batches, size) % count
+    places = np.arange(batches * SIDE_BY_SIDE).reshape(batches, SIDE_BY_SIDE) % count
     own = [jax.tree.map(lambda x, i=i: x[i], arguments) for i in places]
     leaves, structure = jax.tree.flatten((own[0], common))
     shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)

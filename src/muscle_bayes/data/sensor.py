@@ -8,7 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from muscle_bayes.data.describing.metadata import Metadata
 from muscle_bayes.data.units import unit_of
 
-_MOST_DECIMALS = 12
+_MOST_DIGITS = 12
+"""After which a number counts as printed in full."""
+_FEWEST_LEVELS = 8
+"""That tell a grid from significant digits: of few, the large may end in zeros by chance."""
 ZERO_UNCERTAINTY = 2.0
 """Standard uncertainty of a sensor's zero where none is told, steps of its readings."""
 _ROUNDING = 1e-12
@@ -87,30 +90,61 @@ def _zero_uncertainty(told: float | None, step: float) -> float:
 
 
 def grid_step(readings: ArrayLike) -> float:
-    """Step of the grid on which all readings lie to within their rounding, else 0."""
+    """Step of the grid on which all readings lie to within their rounding, else 0.
+
+    They are printed with so many decimals, with so many significant digits, or in full.
+    """
     levels = np.unique(np.asarray(readings, dtype=np.float64))
-    decimals = _printed_decimals(levels)
-    if decimals is None:
-        unit = _ROUNDING * float(np.abs(levels).max())
-        least = 1e4 * unit
-        levels = levels[np.diff(levels, prepend=-np.inf) > 4 * unit]
-    else:
+    if levels.size < 3:
+        return 0.0
+    decimals, digits = _printed_decimals(levels), _printed_digits(levels)
+    if decimals is not None:
         unit = 10.0**-decimals
-        least = 0.5 * unit
+        if step := _grid(levels, np.full(levels.shape, unit), 0.5 * unit):
+            return step
+    if digits is not None and levels.size >= _FEWEST_LEVELS:
+        units = 10.0 ** (_magnitudes(levels) - digits + 1)
+        if step := _grid(levels, units, 2.0 * float(units.max())):
+            return step
+    if decimals is not None:
+        return 0.0
+    unit = _ROUNDING * float(np.abs(levels).max())
+    levels = levels[np.diff(levels, prepend=-np.inf) > 4 * unit]
+    return _grid(levels, np.full(levels.shape, unit), 1e4 * unit)
+
+
+def _grid(levels: NDArray[np.float64], rounding: NDArray[np.float64], least: float) -> float:
+    """Step, above the least, of the grid on which levels lie to within the rounding of each, else 0."""
     if levels.size < 3:
         return 0.0
     steps = np.diff(levels)
     smallest = float(np.mean(steps[steps < 1.5 * steps.min()]))
-    # Distance of each level from the first in whole steps, then the step by least squares.
+    # Distance of each level from the first in whole steps, then the step by weighted least squares.
     whole = np.concatenate([[0.0], np.cumsum(np.rint(steps / smallest))])
-    step, start = np.polynomial.Polynomial.fit(whole, levels, 1).convert().coef[::-1]
-    misfit = np.max(np.abs(levels - start - step * whole))
-    return float(f"{step:.6g}") if misfit <= 0.75 * unit and step > least else 0.0
+    line = np.polynomial.Polynomial.fit(whole, levels, 1, w=1.0 / rounding)
+    step, start = line.convert().coef[::-1]
+    fits = np.all(np.abs(levels - start - step * whole) <= 0.75 * rounding)
+    return float(f"{step:.6g}") if fits and step > least else 0.0
 
 
 def _printed_decimals(levels: NDArray[np.float64]) -> int | None:
     """Fewest decimals that hold every level; None where floats fill all their digits."""
-    for decimals in range(_MOST_DECIMALS + 1):
+    for decimals in range(_MOST_DIGITS + 1):
         if np.allclose(np.round(levels, decimals), levels, rtol=1e-14, atol=1e-15):
             return decimals
     return None
+
+
+def _printed_digits(levels: NDArray[np.float64]) -> int | None:
+    """Fewest significant digits that hold every level; None where floats fill all of theirs."""
+    for digits in range(1, _MOST_DIGITS + 1):
+        scale = 10.0 ** (digits - 1 - _magnitudes(levels))
+        if np.allclose(np.round(levels * scale) / scale, levels, rtol=1e-14, atol=0.0):
+            return digits
+    return None
+
+
+def _magnitudes(levels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Powers of ten of the levels' first digits; of 0, that of the largest."""
+    sizes = np.abs(levels)
+    return np.floor(np.log10(np.where(sizes > 0.0, sizes, max(float(sizes.max()), 1e-300))))

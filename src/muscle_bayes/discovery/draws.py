@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 
 from muscle_bayes.discovery.conditions import is_settled
 from muscle_bayes.discovery.fit import Search
-from muscle_bayes.discovery.fitted import Fitted, Start, whole_weights
+from muscle_bayes.discovery.fitted import Fitted, Start
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.result import Curve, Estimate
 from muscle_bayes.discovery.split_student import split_student
@@ -191,7 +191,7 @@ def predictions(
     are left out.
     """
     nested, layout = search.nested, search.nested.layout
-    data = whole_weights(nested, fitted.data)
+    data = search.whole(fitted).data
     values = dict(values_at(jnp.asarray(fitted.point), fitted.choice, layout, data))
     chosen = draws.points[np.linspace(0, len(draws.points) - 1, count).astype(int)]
     near = fitted.point + share * (chosen - fitted.point)

@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from muscle_bayes.discovery.fitted import Fitted, Start, sampled_values
+from muscle_bayes.discovery.fitted import Fitted, Start, sampled_values, whole_weights
+from muscle_bayes.inference.model.lane_model import Values
 from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.model.reduction import with_swings
 from muscle_bayes.inference.running.batches import of_rows
@@ -206,14 +207,24 @@ class Search:
 
     def _with_own_motion(self, fitted: Fitted) -> Fitted:
         """The data with segments' pivots, and with what inertia adds, at the fit's own point."""
-        nested, layout = self.nested, self.nested.layout
-        values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, fitted.data)
-        draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
-        vector = unconstrained(draws, layout, fitted.data)[0]
-        data = pivoted(vector, layout, fitted.data)
+        nested = self.nested
+        values, data = self._pivoted(fitted, fitted.data)
         data = with_swings(replace(nested.problem, data=data), values).data
         (found,) = self.fit([fitted.start._replace(data=data)], steps=0)
         return found
+
+    def whole(self, fitted: Fitted) -> Start:
+        """The fit's point with every reading counted: of held-out segments, too, these tell the start."""
+        return fitted.start._replace(
+            data=self._pivoted(fitted, whole_weights(self.nested, fitted.data))[1]
+        )
+
+    def _pivoted(self, fitted: Fitted, data: Data) -> tuple[Values, Data]:
+        """The fit's values, and the data with segments' pivots where they put them."""
+        layout = self.nested.layout
+        values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, data)
+        draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
+        return values, pivoted(unconstrained(draws, layout, data)[0], layout, data)
 
     def slow(self, fitted: Fitted) -> Fitted:
         """The fit without what inertia adds to slow motion, which is one point's own."""

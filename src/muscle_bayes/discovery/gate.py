@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from muscle_bayes.discovery.conditions import Trace
 from muscle_bayes.discovery.fit import Search
-from muscle_bayes.discovery.fitted import Fitted, Start, whole_weights
+from muscle_bayes.discovery.fitted import Fitted, Start
 from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.weigh import blocks_of, in_dispute
 from muscle_bayes.inference.model.problem import Data
@@ -121,9 +121,7 @@ def gate_by_runs(search: Search, before: Fitted, after: Fitted, lines: Sequence[
     The log predictive density of a run given the others is the log evidence of all less that of the
     others (Laplace): what is not known of the run's own start is integrated out.
     """
-    models = before, after
-    rows = [one.start._replace(data=whole_weights(search.nested, one.data)) for one in models]
-    less, more = search.fit(rows)
+    less, more = search.fit([search.whole(before), search.whole(after)])
     gain = (more.log_evidence - after.log_evidence) - (less.log_evidence - before.log_evidence)
     difference = more.log_densities - less.log_densities
     blocks = blocks_of([one for one in lines if one.run in search.held], in_dispute(more, less))

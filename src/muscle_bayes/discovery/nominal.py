@@ -7,7 +7,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from scipy.stats import norm
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run
@@ -25,17 +26,35 @@ TOLERATED = {"slow": 0.15, "fast": 0.3, "imposed": 0.3, "heated": 0.3}
 readings are guessed, and rounding biases the readings of a rotor at rest."""
 
 
-def noise_of_reading(run: Run) -> float:
+def noise_of_reading(run: Run, *, kept: float = 0.99, enough: int = 300) -> float:
     """White noise of one reading besides rounding [the log's unit], from third differences.
 
-    A reading's third difference has 20 times its variance; the largest hundredth is left out, for
-    there the rotor jumps. What rounding adds, a twelfth of the squared resolution, is taken off.
+    A reading's third difference has 20 times its variance. The share `kept` of them counts, for elsewhere
+    the rotor jumps; of a normal law's variance they have a known part. What rounding adds, a twelfth of
+    the squared resolution, is taken off. That is so where readings pass over steps: if `enough` rows do,
+    those of a rotor at rest do not count.
     """
-    third = np.abs(np.diff(run.table["reading"].to_numpy(), 3))
-    kept = third[third <= np.quantile(third, 0.99)] if third.size else np.zeros(1)
-    variance = np.mean(kept**2) / 20.0
-    rounding = run.output_sensor.resolution**2 / 12.0
+    reading, step = run.table["reading"].to_numpy(), run.output_sensor.resolution
+    third = np.abs(np.diff(reading, 3))
+    if np.sum(passing := _passes(reading, 2.0 * step)) >= enough:
+        third = third[passing]
+    inside = third[third <= np.quantile(third, kept)] if third.size else np.zeros(1)
+    edge = norm.ppf(0.5 + 0.5 * kept)
+    trimmed = 1.0 - 2.0 * edge * norm.pdf(edge) / kept
+    variance, rounding = np.mean(inside**2) / 20.0 / trimmed, step**2 / 12.0
     return float(np.sqrt(max(variance - rounding, 0.04 * rounding, 1e-24)))
+
+
+def _passes(
+    reading: Float[np.ndarray, " row"], least: float, reach: int = 4
+) -> Bool[np.ndarray, " difference"]:
+    """Third differences between whose sides the mean of `reach` readings changes by at least so much."""
+    passing = np.zeros(max(reading.size - 3, 0), bool)
+    if passing.size > 2 * reach:
+        sums = np.cumsum(np.append(0.0, reading))
+        mean = (sums[reach:] - sums[:-reach]) / reach
+        passing[reach:-reach] = np.abs(mean[2 * reach :] - mean[: -2 * reach]) >= least
+    return passing
 
 
 def noise_by_regime(problem: Problem) -> dict[str, float]:
