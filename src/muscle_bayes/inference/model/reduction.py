@@ -191,19 +191,24 @@ def _averages(
     problem: Problem, values: Values, *, inertial: bool = False
 ) -> dict[int, Float[np.ndarray, " interval"]]:
     """Mean readings of slow runs, by number of the run: of those reduced, or with full inertia."""
-    groups = zip(problem.data.lanes, problem.layout.regimes, problem.lane_runs, strict=True)
-    chosen = [
-        regime == "slow" and (lanes.fine is not None) == inertial for lanes, regime, _ in groups
-    ]
-    if not any(chosen):
+    layout, data = problem.layout, problem.data
+
+    def is_wanted(lanes: Lanes, regime: str) -> bool:
+        return regime == "slow" and (lanes.fine is not None) == inertial
+
+    groups = list(zip(data.lanes, layout.regimes, layout.segmented, problem.lane_runs, strict=True))
+    if inertial:  # the others need not be compiled with them
+        groups = [one for one in groups if is_wanted(*one[:2])]
+    if not any(is_wanted(*one[:2]) for one in groups):
         return {}
-    responses = _responses(values, problem.layout, problem.data)
-    parts = zip(chosen, problem.lane_runs, responses, strict=True)
+    lanes, regimes, cut, owners = (tuple(column) for column in zip(*groups, strict=True))
+    layout = replace(layout, regimes=regimes, segmented=cut)
+    responses = _responses(values, layout, data._replace(lanes=lanes))
     return {
         owner: np.asarray(response.averaged[lane])
-        for here, owners, response in parts
-        if here
-        for lane, owner in enumerate(owners)
+        for one, regime, group, response in zip(lanes, regimes, owners, responses, strict=True)
+        if is_wanted(one, regime)
+        for lane, owner in enumerate(group)
     }
 
 
