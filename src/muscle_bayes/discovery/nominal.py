@@ -26,21 +26,22 @@ TOLERATED = {"slow": 0.15, "fast": 0.3, "imposed": 0.3, "heated": 0.3}
 readings are guessed, and rounding biases the readings of a rotor at rest."""
 
 
-def noise_of_reading(run: Run, *, kept: float = 0.99, enough: int = 300) -> float:
+def noise_of_reading(
+    run: Run, *, kept: float = 0.99, enough: int = 300, share: float = 0.2
+) -> float:
     """White noise of one reading besides rounding [the log's unit], from third differences.
 
     A reading's third difference has 20 times its variance. The share `kept` of them counts, for elsewhere
-    the rotor jumps; of a normal law's variance they have a known part. What rounding adds, a twelfth of
-    the squared resolution, is taken off. That is so where readings pass over steps: if `enough` rows do,
-    those of a rotor at rest do not count.
+    the rotor jumps. What rounding adds, a twelfth of the squared resolution, is taken off. All this holds
+    where readings pass over steps: if `enough` rows do, and this `share` of all, those of a rotor at rest
+    do not count, and what the kept part of a normal law's variance leaves out is made up for.
     """
     reading, step = run.table["reading"].to_numpy(), run.output_sensor.resolution
-    third = np.abs(np.diff(reading, 3))
-    if np.sum(passing := _passes(reading, 2.0 * step)) >= enough:
-        third = third[passing]
+    third, trimmed = np.abs(np.diff(reading, 3)), 1.0
+    if np.sum(passing := _passes(reading, 2.0 * step)) >= max(enough, share * third.size):
+        third, edge = third[passing], norm.ppf(0.5 + 0.5 * kept)
+        trimmed = 1.0 - 2.0 * edge * norm.pdf(edge) / kept
     inside = third[third <= np.quantile(third, kept)] if third.size else np.zeros(1)
-    edge = norm.ppf(0.5 + 0.5 * kept)
-    trimmed = 1.0 - 2.0 * edge * norm.pdf(edge) / kept
     variance, rounding = np.mean(inside**2) / 20.0 / trimmed, step**2 / 12.0
     return float(np.sqrt(max(variance - rounding, 0.04 * rounding, 1e-24)))
 
