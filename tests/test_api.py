@@ -2,7 +2,6 @@
 
 import ast
 import doctest
-import importlib
 import inspect
 import io
 import json
@@ -18,21 +17,20 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from numpyro import distributions as dist
 
 import muscle_bayes as mb
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.sampling import fit as fitting
 from muscle_bayes.inference.sampling.sampler import Effort
 from muscle_bayes.markup import three_digits
+from muscle_bayes.physics.effects import Backlash
 from muscle_bayes.progress import shown_progress
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
 SOURCE = Path(__file__).parents[1] / "src"
 LITTLE = Effort(chains=2, warmup=60, draws=60, rounds=1, min_ess=1)
-EXISTS = hasattr(importlib.import_module("muscle_bayes.physics.simulation"), "simulate")
-COMING = () if EXISTS else ("simulate", "initial_state", "StickSlip", "QuasiStatic")
-PUBLIC = [name for name in mb.__all__ if name not in COMING]
-FUNCTIONS = [name for name in PUBLIC if name[0].islower()]
+FUNCTIONS = [name for name in mb.__all__ if name[0].islower()]
 COMPUTED = [name for name in FUNCTIONS if not name.startswith("plot_")]
 
 
@@ -54,15 +52,10 @@ def test_importing_is_quick_and_every_name_is_listed():
     assert not others
 
 
-@pytest.mark.parametrize("name", PUBLIC)
+@pytest.mark.parametrize("name", mb.__all__)
 def test_a_public_name_can_be_imported(name):
     assert getattr(mb, name) is getattr(mb, name)
     assert name in dir(mb)
-
-
-@pytest.mark.skipif(not EXISTS, reason="physics has no `simulate` yet")
-def test_simulate_is_that_of_physics():
-    assert mb.simulate is importlib.import_module("muscle_bayes.physics.simulation").simulate
 
 
 def test_the_page_of_public_names_lists_them_all():
@@ -123,6 +116,46 @@ def test_paths_are_read_before_they_are_fitted(runs):
     for function in (mb.fit, mb.discover, mb.calibration_model):
         with pytest.raises(mb.MuscleBayesError, match=r"read first\. Fix: .*mb\.read_runs\(\["):
             function(runs)
+
+
+def _springs(**options):
+    return mb.fit(mb.load_example("springs"), progress=False, **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: mb.fit(None), "runs must be read first"),
+        (lambda: mb.fit([]), r"no runs were given\. Fix"),
+        (lambda: mb.discover([]), r"no runs were given\. Fix"),
+        (lambda: mb.fit(*mb.load_example("spring-1")), r"not spring-1 alone\. Fix: give \[run\]"),
+        (lambda: mb.plot_run(mb.load_example("spring-1")), "runs must be read first"),
+        (lambda: mb.plant_of("run.csv", {}), "runs must be read first"),
+        (lambda: _springs(effects="backlash"), r"not 'backlash'\. Fix: give \['backlash'\]"),
+        (lambda: _springs(effects=Backlash), r"not Backlash\. Fix: give \[Backlash\]"),
+        (lambda: _springs(effects=[Posterior]), "Posterior'> is no effect"),
+        (lambda: _springs(priors=["J"]), r"priors must be a dictionary, not \['J'\]"),
+        (lambda: _springs(priors={"J": dist.Poisson(1.0)}), "prior of 'J' is discrete"),
+        (lambda: _springs(given="fixture.nc"), r"not 'fixture\.nc'\. Fix: load one"),
+        (lambda: _springs(effort=3), "no effort 3"),
+        (lambda: mb.identify("muscle.nc"), r"posterior must be a Posterior, not 'muscle\.nc'"),
+        (lambda: mb.predict("muscle.nc", []), "posterior must be a Posterior"),
+        (lambda: mb.compare("dry.nc", "wet.nc"), r"first must be a Posterior, not 'dry\.nc'"),
+        (lambda: mb.check([]), r"prediction must be a Prediction, not list\. Fix: give one"),
+        (lambda: mb.drift([]), "prediction must be a Prediction"),
+        (lambda: mb.tune("muscle.nc"), "muscle must be a Posterior"),
+    ],
+)
+def test_what_is_no_such_thing_is_told(call, told):
+    with pytest.raises(mb.MuscleBayesError, match=told):
+        call()
+
+
+def test_a_model_takes_effects_as_classes():
+    runs = mb.load_example("spring-1")
+    named, classes = (mb.calibration_model(runs, effects=[one]) for one in ("backlash", Backlash))
+    assert str(named) == str(classes)
+    assert "backlash." in str(classes)
 
 
 def test_one_path_is_one_run():

@@ -10,13 +10,14 @@ from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.sampling import fit as fitting
 from muscle_bayes.inference.sampling.sampler import Effort
+from muscle_bayes.physics.effects.own import AnyEffectType
 from muscle_bayes.progress import shown_progress
 
 
 def fit(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
-    effects: Sequence[str] = (),
+    effects: Sequence[str | AnyEffectType] = (),
     *,
     effort: Effort | str = "full",
     given: Posterior | None = None,
@@ -34,7 +35,7 @@ def fit(
         runs: as `read_runs` gives them.
         friction: "coulomb": dry friction that sticks, D in N m or N. "linear": friction
             proportional to speed, D in N m s or N s/m.
-        effects: names of effects of the catalogue or of your own, in the order in which they act.
+        effects: names of effects, or classes of your own, in the order in which they act.
         effort: "quick" (some 200 effective draws), "full", or an `Effort` with numbers of its own.
         given: an earlier posterior of the fixture: its J and D become this fit's prior.
         priors: distributions that replace the default ones, by the name of a site or of a
@@ -58,7 +59,7 @@ def fit(
         >>> posterior.tree["posterior"]["J"].attrs["units"]
         'kg m^2'
     """
-    if isinstance(effort, str):
+    if not isinstance(effort, Effort):
         if effort not in fitting.EFFORTS:
             raise MuscleBayesError(
                 f"there is no effort {effort!r}. Fix: choose one of {', '.join(fitting.EFFORTS)}."

@@ -6,12 +6,13 @@ import jax.numpy as jnp
 from jaxtyping import ArrayLike
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
+from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.records.parts import parts_of
 from muscle_bayes.inference.records.rig import rig, with_parameters
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.effects.own import AnyEffectType, effect_names
 from muscle_bayes.physics.friction import friction_law
 from muscle_bayes.physics.muscle import MuscleParameters
 from muscle_bayes.physics.plant import Plant
@@ -21,7 +22,7 @@ def plant_of(
     run: Run,
     values: Mapping[str, ArrayLike],
     friction: Friction = "coulomb",
-    effects: Sequence[str] = (),
+    effects: Sequence[str | AnyEffectType] = (),
 ) -> Plant:
     """The plant that a run was taken from, with these parameters.
 
@@ -35,7 +36,7 @@ def plant_of(
             element_a.rate; an effect's parameter is `effect.parameter`. Others, such as a posterior's
             noise, may be there and are not used.
         friction: "coulomb" or "linear", as in `fit`.
-        effects: names of effects, in the order in which they act.
+        effects: names of effects, or classes of your own, in the order in which they act.
 
     Returns:
         The plant.
@@ -49,6 +50,8 @@ def plant_of(
         >>> mb.plant_of(run, {"J": 1.24e-3, "D": 5.46e-3}).rotor_inertia
         0.00124
     """
+    refuse_unread([run])
+    effects = effect_names(effects)
     stated = run.metadata.fixture.inertia is not None
     needed = [*([] if stated else ["J"]), "D", *(MUSCLE_PARAMETERS if run.has_muscle else ())]
     parts = {

@@ -13,6 +13,7 @@ from muscle_bayes.control.scenarios.scenario import Scenario
 from muscle_bayes.control.scenarios.thesis import thesis_scenarios
 from muscle_bayes.control.study import TunedLaws, tuned_laws
 from muscle_bayes.control.tune import Effort as TuningEffort
+from muscle_bayes.errors import refuse_all_but
 from muscle_bayes.inference.population import Population, fit_population
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.progress import shown_progress
@@ -69,6 +70,8 @@ def tune(
         >>> sorted(tuned.judgement.gains)
         ['pi', 'thesis']
     """
+    if not isinstance(muscle, Population):
+        refuse_all_but(Posterior, muscle, "muscle", "give one that `fit` or `load` returns")
     population = muscle if isinstance(muscle, Population) else fit_population({"m1": muscle})
     tubes = assumed_heater(seed).draws if heater is None else heater
     joints = joint_draws(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, refuse_all_but
 from muscle_bayes.inference.posteriors.posterior import Posterior
 
 SHORTEST_BLOCK = 1.0
@@ -130,6 +130,8 @@ def compare(
         >>> mb.compare(dry, viscous).better
         'coulomb'
     """
+    for one, key in ((first, "first"), (second, "second")):
+        refuse_all_but(Posterior, one, key, "give one that `fit` or `load` returns")
     names = names or (first.friction, second.friction)
     ours, theirs = _pointwise(first), _pointwise(second)
     if set(ours) != set(theirs) or any(ours[run].size != theirs[run].size for run in ours):

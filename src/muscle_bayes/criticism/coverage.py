@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
+from muscle_bayes.errors import refuse_all_but
 from muscle_bayes.inference.posteriors.predict import Prediction
 
 WINDOWS = 10
@@ -183,6 +184,7 @@ def check_run(prediction: Prediction) -> RunCheck:
         >>> check.run, check.judged_unit, len(check.windows)
         ('spring-1', 'deg', 10)
     """
+    refuse_all_but(Prediction, prediction, "prediction", "give one of those that `predict` returns")
     prediction = prediction.ahead()
     ranks = pit(prediction)
     return RunCheck(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from muscle_bayes.criticism.coverage import judged_unit
+from muscle_bayes.errors import refuse_all_but
 from muscle_bayes.inference.posteriors.predict import Prediction
 
 COLD_BAND = 3.0
@@ -215,6 +216,7 @@ def drift(prediction: Prediction, seed: int = 0) -> Drift:
         >>> mb.drift(prediction).reason  # a spring is not heated
         'the temperature never rises by 15 C'
     """
+    refuse_all_but(Prediction, prediction, "prediction", "give one of those that `predict` returns")
     unit = judged_unit(prediction)[0]
     if np.ptp(_smoothed(prediction.temperature)) < HEATED_RISE:
         reason = f"the temperature never rises by {HEATED_RISE:g} C"

@@ -223,8 +223,13 @@ class Run:
 
 
 def refuse_unread(runs: Sequence[Run]) -> None:
-    """Raise MuscleBayesError where paths are given instead of runs."""
-    if isinstance(runs, str | Path) or not all(isinstance(run, Run) for run in runs):
+    """Raise MuscleBayesError for anything but a list of runs that has one at least."""
+    if isinstance(runs, Run):
+        raise MuscleBayesError(f"runs must be a list, not {runs.name} alone. Fix: give [run].")
+    listed = isinstance(runs, Sequence) and not isinstance(runs, str)
+    if not listed or not all(isinstance(run, Run) for run in runs):
         raise MuscleBayesError(
             "runs must be read first. Fix: read them, as in mb.fit(mb.read_runs([...]))."
         )
+    if not runs:
+        raise MuscleBayesError("no runs were given. Fix: name at least one log or folder.")

@@ -21,7 +21,7 @@ from muscle_bayes.inference.running.blas import one_blas_thread
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS
 from muscle_bayes.physics.effects import CATALOGUE, AnyEffectType, own_effects
-from muscle_bayes.physics.effects.own import given
+from muscle_bayes.physics.effects.own import effect_names
 from muscle_bayes.progress import Report, silent
 
 
@@ -92,9 +92,9 @@ def discover(
     """
     deadline = np.inf if budget is None else monotonic() + 60.0 * budget
     _check(runs, hold_out)
-    effects = with_open_delay(runs, effects)
+    effects = with_open_delay(runs, effect_names(effects))
     chosen = applicable(runs, effects) if candidates is None else candidates
-    names = [one if isinstance(one, str) else given(one) for one in chosen]
+    names = effect_names(chosen)
     if present := sorted({*names} & {*effects}):
         raise MuscleBayesError(
             f"the model has {', '.join(present)} already. Fix: name candidates that it does not have."

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from muscle_bayes.data import Run
+from muscle_bayes.data.run import Run, refuse_unread
 from muscle_bayes.data.units import SI_OF_DRIVE
 from muscle_bayes.report.style import (
     BLACK,
@@ -36,6 +36,7 @@ def run_figure(run: Run) -> Figure:
     Returns:
         A matplotlib figure: readings and forces [the log's units], temperature, load, heater, drive.
     """
+    refuse_unread([run])
     table, columns = run.table, run.metadata.columns
     held = columns is not None and columns.position is None
     panels: list[tuple[Callable[[Axes, Run], None], float]] = [] if held else [(_position, 2.0)]

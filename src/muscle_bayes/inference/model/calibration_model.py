@@ -24,6 +24,7 @@ from muscle_bayes.inference.model.likelihood import noise_of, reading_distributi
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS
 from muscle_bayes.inference.model.problem import Data, Problem, pose
 from muscle_bayes.inference.running.precision import double_precision
+from muscle_bayes.physics.effects.own import AnyEffectType
 
 
 class CalibrationModel:
@@ -112,7 +113,7 @@ def all_solved(predicted: Sequence[LanePrediction]) -> Bool[Array, ""]:
 def calibration_model(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
-    effects: Sequence[str] = (),
+    effects: Sequence[str | AnyEffectType] = (),
     priors: Mapping[str, dist.Distribution] | None = None,
 ) -> CalibrationModel:
     """The NumPyro model of what is unknown about these runs.
@@ -121,7 +122,7 @@ def calibration_model(
         runs: as `read_runs` gives them; those that are fitted together log one unit of position.
         friction: "coulomb": dry friction that sticks, D in N m or N. "linear": friction
             proportional to speed, D in N m s or N s/m.
-        effects: names of effects of the catalogue, in the order in which they act.
+        effects: names of effects, or classes of your own, in the order in which they act.
         priors: distributions that replace the default ones, by the name of a site or of a parameter
             of Table 2.
 

@@ -22,9 +22,13 @@ def with_priors(
             place of the quantity that it determines. A scalar prior serves every run.
 
     Raises:
-        MuscleBayesError: for a name that these runs do not have, for what is no distribution, and for
-            a shape or negative values that do not fit.
+        MuscleBayesError: for a name that these runs do not have, for what is no continuous distribution,
+            and for a shape or negative values that do not fit.
     """
+    if not isinstance(priors, Mapping):
+        raise MuscleBayesError(
+            f"priors must be a dictionary, not {priors!r}. Fix: give {{'J': LogNormal(-5.8, 0.1)}}."
+        )
     places = replaced_by(priors) if "contraction" in sites else {}
     known = {*sites, *(UNITS if "contraction" in sites else ())}
     chosen = dict(sites)
@@ -39,6 +43,10 @@ def with_priors(
             raise MuscleBayesError(
                 f"the prior of '{name}' is {prior!r}, not a distribution. "
                 "Fix: give a NumPyro distribution, such as LogNormal(-5.8, 0.1)."
+            )
+        if prior.is_discrete:
+            raise MuscleBayesError(
+                f"the prior of '{name}' is discrete. Fix: give a continuous one, such as LogNormal."
             )
         if name in sites:
             if _is_negative(prior) and not _is_negative(sites[name].prior):

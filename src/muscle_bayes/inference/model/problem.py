@@ -30,6 +30,7 @@ from muscle_bayes.inference.records.rig import output_of, outputs_of, rig
 from muscle_bayes.inference.running.precision import double_precision
 from muscle_bayes.physics.effect import MUSCLE_PORTS, Scales
 from muscle_bayes.physics.effects import effect_type
+from muscle_bayes.physics.effects.own import AnyEffectType, effect_names
 from muscle_bayes.physics.friction import friction_law
 from muscle_bayes.physics.heater import HeatedBody
 
@@ -125,8 +126,6 @@ def _recorded(run: Run) -> Record:
 
 
 def _check(runs: Sequence[Run], effects: Sequence[str]) -> None:
-    if not runs:
-        raise MuscleBayesError("no runs were given to fit. Fix: name at least one log or folder.")
     for regime in REGIMES:
         units = {run.unit for run in runs if regime_of(run) == regime}
         if len(units) > 1:
@@ -173,7 +172,7 @@ def _warmth(runs: Sequence[Run], size: Scales) -> Warmth:
 def pose(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
-    effects: Sequence[str] = (),
+    effects: Sequence[str | AnyEffectType] = (),
     priors: Mapping[str, dist.Distribution] | None = None,
 ) -> Problem:
     """The problem of estimating what these runs can tell.
@@ -187,6 +186,7 @@ def pose(
     and priors.
     """
     refuse_unread(runs)
+    effects = effect_names(effects)
     friction_law(friction)
     runs = [output for run in runs for output in outputs_of(run)]
     _check(runs, effects)

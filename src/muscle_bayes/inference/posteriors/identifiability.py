@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from muscle_bayes.errors import refuse_all_but
 from muscle_bayes.inference.posteriors.posterior import Posterior
 
 UNDETERMINED = 0.3
@@ -215,6 +216,7 @@ def identify(posterior: Posterior) -> Identifiability:
         >>> report.parameters["J"].contraction > 0.9
         True
     """
+    refuse_all_but(Posterior, posterior, "posterior", "give one that `fit` or `load` returns")
     names = _scalars(posterior)
     draws: dict[str, tuple[Values, Values, bool]] = {}
     for name in [*names, *_bounded_sites(posterior, names)]:

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.data.run import Run, refuse_unread
+from muscle_bayes.errors import MuscleBayesError, refuse_all_but
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.lane_model import frame_of
 from muscle_bayes.inference.model.muscle_prior import MUSCLE_PARAMETERS, TAUT_FORCE, completed
@@ -66,6 +66,8 @@ def predict_runs(
         >>> prediction.run, prediction.unit, prediction.reading.shape[0]
         ('spring-1', 'counts', 50)
     """
+    refuse_all_but(Posterior, posterior, "posterior", "give one that `fit` or `load` returns")
+    refuse_unread(runs)
     seen = set(json.loads(posterior.tree.attrs["runs"]))
     found: dict[str, Prediction] = {}
     for known in (True, False):

@@ -13,7 +13,7 @@ from numpyro import distributions as dist
 
 from muscle_bayes.conventions import Friction
 from muscle_bayes.data.run import Run, refuse_unread
-from muscle_bayes.errors import MuscleBayesError
+from muscle_bayes.errors import MuscleBayesError, refuse_all_but
 from muscle_bayes.inference.model.problem import Problem, pose
 from muscle_bayes.inference.model.reduction import (
     solved_adequately,
@@ -30,6 +30,7 @@ from muscle_bayes.inference.sampling.draws import Draws
 from muscle_bayes.inference.sampling.sampler import Effort, draw
 from muscle_bayes.inference.search.mode import Mode, find_mode, refine
 from muscle_bayes.inference.search.pivots import pivoted
+from muscle_bayes.physics.effects.own import AnyEffectType, effect_names
 
 QUICK = Effort(warmup=50, draws=100, rounds=24, min_ess=200)
 FULL = Effort()
@@ -41,6 +42,7 @@ that grow from step to step, of a motion that is bounded, give more long before 
 
 def fixture_prior(given: Posterior, friction: Friction) -> dict[str, dist.Distribution]:
     """Log-normal priors of J and D with the moments of an earlier posterior's logarithms."""
+    refuse_all_but(Posterior, given, "given", "load one, as in mb.load('fixture.nc')")
     if given.friction != friction:
         raise MuscleBayesError(
             f"the given posterior has {given.friction} friction, this fit {friction}; "
@@ -123,7 +125,7 @@ def sample(
 def fit(
     runs: Sequence[Run],
     friction: Friction = "coulomb",
-    effects: Sequence[str] = (),
+    effects: Sequence[str | AnyEffectType] = (),
     *,
     effort: Effort = FULL,
     given: Posterior | None = None,
@@ -140,9 +142,10 @@ def fit(
     be fitted together or simulated; poor convergence is told by `converged` and `complaints`.
     """
     refuse_unread(runs)
-    effects = with_open_delay(runs, effects)
-    known = {} if given is None else fixture_prior(given, friction)
-    problem = pose(runs, friction, effects, {**known, **(priors or {})})
+    effects = with_open_delay(runs, effect_names(effects))
+    if given is not None:
+        priors = {**fixture_prior(given, friction), **(priors or {})}
+    problem = pose(runs, friction, effects, priors)
     sampled = sample(problem, effort, seed=seed, report=report)
     report("predicting", 0, 1)
     begun = perf_counter()

@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import os
 import sys
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -33,11 +34,18 @@ def own_effects() -> dict[str, AnyEffectType]:
 _GIVEN: dict[str, AnyEffectType] = {}
 
 
-def given(effect: AnyEffectType) -> str:
-    """Make a class known by its name, as those of files are; its name is returned.
+def effect_names(effects: Sequence[str | AnyEffectType]) -> tuple[str, ...]:
+    """Names of effects; classes of your own are made known by theirs, as those of files are.
 
-    Raises MuscleBayesError where it is no effect, or lacks what an effect has.
+    Raises MuscleBayesError for a single name or class, and for what is no effect.
     """
+    if isinstance(effects, str | type):
+        shown = effects.__name__ if isinstance(effects, type) else repr(effects)
+        raise MuscleBayesError(f"effects must be a list, not {shown}. Fix: give [{shown}].")
+    return tuple(one if isinstance(one, str) else _given(one) for one in effects)
+
+
+def _given(effect: AnyEffectType) -> str:
     whole = isinstance(effect, type) and issubclass(effect, (CourseFilter, Effect))
     if not (whole and all(hasattr(effect, key) for key in ("name", "port", "parameters"))):
         raise MuscleBayesError(
