@@ -85,7 +85,7 @@ print(f"hidden: {hidden}")
 mb.plot_before_after(found, "spring-4", origins["spring-4"])
 
 # %% [markdown]
-# If effects tie, `found.ties` names them and `found.next_experiment` holds the sequence to record
-# next; for spring runs there is none, since it plans heating.
+# If effects tie, `found.ties` names them and `found.next_experiment` says what to record
+# next.
 #
 # On the command line: `muscle-bayes discover RUN... --hold-out NAME`.

@@ -59,6 +59,7 @@ def test_the_page_has_these_steps():
     assert len(re.findall(r"^\d+\. ", part, re.MULTILINE)) == STEPS
 
 
+@pytest.mark.slow
 def test_1_without_hardware(tmp_path):
     run = CliRunner()
     sequence = tmp_path / "staircase.toml"
@@ -134,6 +135,7 @@ def test_6_a_pulled_cable_ends_the_heat(bench, devices, tmp_path):
     devices.open()
 
 
+@pytest.mark.slow
 def test_7_a_tube_has_to_be_calibrated_before_it_gets_hot(bench, devices, tmp_path):
     hot = Stage(setpoint_a=60.0, duration=45.0)
     with pytest.raises(RecordingError, match=r"not calibrated.*calibrate-heaters"):

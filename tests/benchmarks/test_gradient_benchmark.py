@@ -21,6 +21,7 @@ from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.running.programs import potential_at
 from muscle_bayes.physics.state import Drive
 
+pytestmark = pytest.mark.slow
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 

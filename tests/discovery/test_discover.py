@@ -47,7 +47,7 @@ def test_a_hidden_effect_is_named_and_added(tmp_path: Path) -> None:
     assert "viscous-friction" in text
 
 
-@pytest.mark.parametrize("waves", [4.0, 50.0])
+@pytest.mark.parametrize("waves", [4.0, pytest.param(50.0, marks=pytest.mark.slow)])
 def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) -> None:
     """Between starts at other periods and the true one there is no way down."""
     hidden = make_effect("cogging", sine=0.006, waves=waves)

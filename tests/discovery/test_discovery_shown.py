@@ -23,10 +23,12 @@ def test_a_misfit_map_tells_its_windows():
 
 
 def test_a_next_experiment_tells_what_it_separates_and_how():
-    one = NextExperiment("staircase", (0.139,), ("slack", "thermal-lag"), 3.2, "load < 0.2 # kg")
+    one = NextExperiment("staircase, 139 g", ("slack", "thermal-lag"), 3.2, "load < 0.2 # kg")
     shown = one._repr_html_()
-    for words in ("staircase under 139 g", "slack from thermal-lag", "3.2 nat", "load &lt; 0.2"):
+    for words in ("staircase, 139 g", "slack from thermal-lag", "3.2 nat", "load &lt; 0.2"):
         assert words in shown
+    by_hand = NextExperiment("swing-1 again, but begun at 90 deg", ("backlash", "none"), 3.2)
+    assert "sequence" not in by_hand._repr_html_()
 
 
 def test_the_share_of_a_gap_is_told_only_where_chance_does_not_leave_as_much():

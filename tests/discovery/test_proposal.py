@@ -58,7 +58,25 @@ def test_what_is_proposed_separates_what_it_says_and_can_be_recorded() -> None:
     assert found.separates == names
     assert found.information > 0.0
     sequence = parse_sequence(found.sequence.encode(), "next.toml")
-    assert found.loads[0] in {getattr(block, "load", None) for block in sequence.run[0].stage}
+    (load,) = {load for block in sequence.run[0].stage if (load := getattr(block, "load", None))}
+    assert f"{1000 * load:g} g" in found.plan
     same = propose(nested, first, first)
     assert same is not None
     assert same.information == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_farther_release_tells_drag_from_friction(compiled_fast: None) -> None:
+    """Drag grows with the square of speed: the farthest release tells most."""
+    runs = read_runs([DATA / "spring-1.csv"])
+    names = ("quadratic-drag", "viscous-friction")
+    with jax.enable_x64(True):
+        search, base = nominal(runs, "coulomb", (), names)
+        tried = candidates(search, base, names, seed=0)
+        first, second = search.fit([tried[name][0].start for name in names], steps=3)
+        found = propose(search.nested, first, second)
+    assert found is not None
+    assert found.separates == names
+    assert "spring-1 again, but begun at" in found.plan
+    assert "(2 times as far" in found.plan
+    assert found.information > 0.0
+    assert found.sequence == ""

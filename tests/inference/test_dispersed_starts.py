@@ -56,7 +56,7 @@ def test_a_path_follows_the_valley(mode: Mode) -> None:
 def test_starts_are_as_wide_as_a_curved_posterior(mode: Mode) -> None:
     random = np.random.default_rng(3)
     with jax.enable_x64(True):
-        starts = np.array([dispersed(random, mode, BOTH, PROBLEM) for _ in range(200)])
+        starts = np.array([dispersed(random, mode, BOTH, PROBLEM) for _ in range(80)])
         levels = [float(potential(jnp.asarray(one))) for one in starts]
     assert max(levels) < 2.0
     # Starts as unlikely as two nats are drawn in; a normal cut there has this standard deviation.

@@ -13,7 +13,7 @@ from muscle_bayes.inference.model.problem import pose
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.predictive import predict_runs
 from muscle_bayes.inference.posteriors.summary import summarise
-from muscle_bayes.inference.sampling.fit import Effort, fit
+from muscle_bayes.inference.sampling.fit import QUICK, fit
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 SPRINGS = sorted(DATA.glob("spring-*.csv"))
@@ -21,7 +21,7 @@ SPRINGS = sorted(DATA.glob("spring-*.csv"))
 
 @pytest.fixture(scope="module")
 def fitted() -> Posterior:
-    return fit(read_runs(SPRINGS), effort=Effort(2, 150, 150, 50), seed=4)
+    return fit(read_runs(SPRINGS), effort=QUICK, seed=4)
 
 
 def test_truth_lies_within_four_standard_deviations(fitted: Posterior) -> None:

@@ -94,7 +94,10 @@ def springs_values(model: CalibrationModel) -> dict[str, jax.Array]:
 
 @pytest.mark.parametrize(
     ("run", "until", "every", "count"),
-    [("spring-1", 1.5, 8, 3000), ("staircase-139g", 150.0, 25, 1200)],
+    [
+        ("spring-1", 1.5, 8, 3000),
+        pytest.param("staircase-139g", 150.0, 25, 1200, marks=pytest.mark.slow),
+    ],
 )
 def test_slices_keep_the_joint_distribution_of_values_and_readings(
     run: str, until: float, every: int, count: int

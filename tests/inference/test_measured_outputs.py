@@ -37,6 +37,7 @@ def pulled(protocol: str = "imposed", extra: str = "") -> Run:
     return read(columns, about)
 
 
+@pytest.mark.slow
 def test_a_tensile_test_tells_the_spring() -> None:
     posterior = mb.fit([pulled()], effort="quick", progress=False)
     assert posterior.parameters == tuple(TRUTH)
@@ -83,6 +84,7 @@ def test_what_is_missing_is_said(protocol: str, line: str, told: str) -> None:
         read({"t": TIME, "x": TIME, "f": TIME}, HEAD.replace("PROTOCOL", protocol) + line + SPRING)
 
 
+@pytest.mark.slow
 def test_the_rate_of_a_pendulum_tells_what_its_angle_tells() -> None:
     """A pendulum by closed form: small swings, viscous damping."""
     inertia, moment = 4e-3, 0.3

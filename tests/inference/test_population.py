@@ -70,6 +70,7 @@ def test_one_specimen_leaves_the_spread_to_its_prior():
     assert mean.mean(0) == pytest.approx([0.3, -0.2], abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_the_hierarchy_is_calibrated():
     """Simulation-based calibration: ranks of true mean and spread among draws are uniform."""

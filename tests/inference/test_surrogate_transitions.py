@@ -73,6 +73,7 @@ def test_moments_are_those_of_the_density_however_good_the_surrogate(off, width)
             assert abs(moment.mean() - wanted) < 4.0 * moment.std() / np.sqrt(ess)
 
 
+@pytest.mark.slow
 def test_one_posterior_by_either_sampler() -> None:
     runs = mb.load_example("springs")[:2]
     effort = {"warmup": 50, "draws": 150, "rounds": 0}

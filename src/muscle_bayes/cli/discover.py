@@ -95,7 +95,7 @@ def discover(
     origins = {run.name: run.metadata.origin for run in loaded}
     write_figures(found, out, origins)
     (out / "summary.md").write_text(summary(found, origins), encoding="utf-8")
-    if found.next_experiment is not None:
+    if found.next_experiment is not None and found.next_experiment.sequence:
         (out / "next-experiment.toml").write_text(found.next_experiment.sequence, encoding="utf-8")
     write_json(out / "discovery.json", found.as_dict())
     write_json(json, found.as_dict())
@@ -126,6 +126,8 @@ def _show(console, found: "Discovery", out: Path) -> None:
     for step in told["steps"]:
         console.print(f"added: {step['added']}", shown(added(step, found.floor)), sep="\n")
     console.print(verdict_text(found), style="bold")
+    if found.next_experiment is not None:
+        console.print(str(found.next_experiment), soft_wrap=True)
     for left_out in found.not_searched:
         console.print(f"not searched: {left_out}", style="bold yellow", soft_wrap=True)
     console.print(f"{found.stopped_because}; summary and figures: {out}", soft_wrap=True)

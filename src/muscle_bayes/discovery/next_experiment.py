@@ -1,7 +1,7 @@
-"""The next experiment: of the bench's regimes, the one that best separates two explanations."""
+"""The next experiment: the regime of the bench, or the release, that best separates two explanations."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,9 +14,11 @@ from muscle_bayes.bench.sequences.sequence_file import to_toml
 from muscle_bayes.discovery.fitted import Fitted, noise_names
 from muscle_bayes.discovery.result import NextExperiment
 from muscle_bayes.inference.model.lanes import Lanes
+from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.search.factored import FactoredPrecision
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.nested_programs import explained_at, look_at
+from muscle_bayes.physics.outputs.position import Position
 from muscle_bayes.physics.schedule import Schedule
 
 FRESH = {"zero": 2.0, "start": 2.0, "hyst_lag": 0.05}
@@ -130,46 +132,85 @@ def _logged(blocks: Sequence[Stage | Repeat]) -> Iterator[Stage]:
 def propose(nested: Nested, first: Fitted, second: Fitted) -> NextExperiment | None:
     """The plan for which the readings that two fitted models expect differ most, for what is known.
 
-    Expected log odds of the first if it is true: d' (V + S C S')^-1 d / 2, with d the difference of
-    readings, V their noise, S the first model's slopes and C its posterior covariance: what present
-    parameters could still absorb does not count. None where no muscle is heated and cools again.
+    Heated muscles go through staircases and sawtooths, free rotors are released from elsewhere. None
+    where runs are of neither kind.
     """
+    options = [*_heated(nested, first, second), *_released(nested, first, second)]
+    return max(options, key=lambda one: one.information, default=None)
+
+
+def _separated(first: Fitted, second: Fitted) -> tuple[str, ...]:
+    return (first.effects[-1:] or ("none",)) + (second.effects[-1:] or ("none",))
+
+
+def _heated(nested: Nested, first: Fitted, second: Fitted) -> Iterator[NextExperiment]:
     every_group = zip(nested.layout.regimes, nested.data.lanes, strict=True)
     slow = [k for k, (kind, one) in enumerate(every_group) if kind == "slow" and one.fine is None]
     thermal = thermal_of(nested)
     if not slow or thermal is None:
-        return None
+        return
     group, lanes = slow[0], nested.data.lanes[slow[0]]
     loads = sorted({float(np.asarray(load)[0]) for load in lanes.schedule.load})
     every = list(plans(thermal.room, loads))
     per_pass = int(lanes.time.shape[0])
-    scores: list[float] = []
+    names = _separated(first, second)
     for begin in range(0, len(every), per_pass):
         part = every[begin : begin + per_pass]
-        scores += list(_information(nested, group, part, thermal, first, second))
-    best = int(np.nanargmax(scores))
-    plan = every[best]
-    names = (first.effects[-1:] or ("none",)) + (second.effects[-1:] or ("none",))
-    head = f"To tell {names[0]} from {names[1]}: expected log odds {scores[best]:.1f} nat."
-    return NextExperiment(
-        plan.protocol, plan.loads, names, float(scores[best]), to_toml(plan.sequence, head)
-    )
+        lanes_of_all = list(nested.data.lanes)
+        lanes_of_all[group] = _imagined(lanes, part, thermal)
+        data = nested.data._replace(lanes=tuple(lanes_of_all))
+        told = _information(nested, group, data, first, second)
+        for plan, score in zip(part, told, strict=False):
+            if np.isfinite(score):
+                head = f"To tell {names[0]} from {names[1]}: expected log odds {score:.1f} nat."
+                shown = ", ".join(f"{1000 * load:g} g" for load in plan.loads)
+                sequence = to_toml(plan.sequence, head)
+                yield NextExperiment(f"{plan.protocol}, {shown}", names, float(score), sequence)
+
+
+def _released(
+    nested: Nested, first: Fitted, second: Fitted, factors: Sequence[float] = (0.5, 1.5, 2.0)
+) -> Iterator[NextExperiment]:
+    """Free runs begun `factors` times as far from the mean of their readings, and as fast."""
+    names, layout = nested.shared_names(), nested.layout
+    for group, (regime, lanes) in enumerate(zip(layout.regimes, nested.data.lanes, strict=True)):
+        places = [names.index(one) for one in names if one.startswith(f"{regime}.start[")]
+        if regime != "fast" or layout.segmented[group] or not isinstance(lanes.output, Position):
+            continue
+        weight = np.asarray(lanes.weight)
+        middle = np.average(np.asarray(lanes.reading), axis=1, weights=weight)
+        runs = [nested.problem.runs[k] for k in nested.problem.lane_runs[group]]
+        own = np.asarray(lanes.run)
+        for factor in factors:
+            moved = []
+            for one in (first, second):
+                point = one.point.copy()
+                for lane, k in enumerate(own):
+                    entry = places[k]
+                    point[entry] = middle[lane] + factor * (first.point[entry] - middle[lane])
+                    if (speed := f"{regime}.speed[{k}]") in names:
+                        point[names.index(speed)] *= factor
+                moved.append(replace(one, point=point))
+            told = _information(nested, group, nested.data, *moved)
+            for lane, score in enumerate(told):
+                if np.isfinite(score):
+                    begun = moved[0].point[places[own[lane]]]
+                    plan = (
+                        f"{runs[lane].name} again, but begun at {begun:.4g} {runs[lane].unit} "
+                        f"({factor:g} times as far from the mean of its readings)"
+                    )
+                    yield NextExperiment(plan, _separated(first, second), float(score))
 
 
 def _information(
-    nested: Nested,
-    group: int,
-    part: Sequence[Plan],
-    thermal: Thermal,
-    first: Fitted,
-    second: Fitted,
-) -> Float[np.ndarray, " plan"]:
-    lanes = nested.data.lanes[group]
-    imagined = _imagined(lanes, part, thermal)
-    every = list(nested.data.lanes)
-    every[group] = imagined
-    data = nested.data._replace(lanes=tuple(every))
-    layout = nested.layout
+    nested: Nested, group: int, data: Data, first: Fitted, second: Fitted
+) -> Float[np.ndarray, " lane"]:
+    """What every lane of a group would tell: expected log odds of the first model if it is true.
+
+    d' (V + S C S')^-1 d / 2, with d the difference of readings, V their noise, S the first model's slopes
+    and C its posterior covariance: what present parameters could still absorb does not count.
+    """
+    layout, weight = nested.layout, data.lanes[group].weight
     names = nested.shared_names()
     rival = second.point.copy()
     for index in [names.index(name) for name in noise_names(nested)]:
@@ -179,17 +220,17 @@ def _information(
         for point, x in ((first.point, first), (rival, second))
     )
     begin = sum(one.weight.size for one in data.lanes[:group])
-    of_group = slice(begin, begin + imagined.weight.size)
-    difference = (one - two)[of_group].reshape(imagined.weight.shape)
+    of_group = slice(begin, begin + weight.size)
+    difference = (one - two)[of_group].reshape(weight.shape)
     seen = look_at(jnp.asarray(first.point), first.choice, layout, data)
-    slopes = np.asarray(seen.jacobian)[:, of_group].reshape(-1, *imagined.weight.shape)
+    slopes = np.asarray(seen.jacobian)[:, of_group].reshape(-1, *weight.shape)
     known = first.precision.inverse()
     for index, name in enumerate(names):
         # A new run has a zero, a start and a HYST of its own.
         known[index, index] += FRESH.get(name.split(".")[-1].partition("[")[0], 0.0) ** 2
     precision = FactoredPrecision(known).inverse()
     found = []
-    for lane in range(len(part)):
+    for lane in range(len(weight)):
         d, s = difference[lane], slopes[: first.used, lane].T
         absorbed = np.linalg.solve(precision + s.T @ s, s.T @ d)
         found.append(0.5 * float(d @ d - d @ s @ absorbed))

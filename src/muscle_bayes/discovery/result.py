@@ -93,25 +93,25 @@ class Step:
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """A sequence for the logger, and what it should tell."""
+    """What to record, and what it should tell."""
 
-    protocol: str
-    loads: tuple[float, ...]
-    """kg"""
+    plan: str
     separates: tuple[str, ...]
     information: float
     """Expected log odds between the two likeliest [nat]."""
-    sequence: str
-    """TOML."""
+    sequence: str = ""
+    """TOML for the logger; empty where the bench cannot do it alone."""
 
-    def _repr_html_(self) -> str:
-        loads = ", ".join(f"{1000 * load:g} g" for load in self.loads)
-        told = (
-            f"{self.protocol} under {loads} would tell {' from '.join(self.separates)}: "
+    def __str__(self) -> str:
+        return (
+            f"To tell {' from '.join(self.separates)}: {self.plan}; "
             f"expected log odds {self.information:.1f} nat."
         )
+
+    def _repr_html_(self) -> str:
         shown = f"<details><summary>sequence</summary><pre>{escape(self.sequence)}</pre></details>"
-        return f"<p><b>Next experiment</b>: {escape(told)}</p>{shown}"
+        told = f"<p><b>Next experiment</b>: {escape(str(self))}</p>"
+        return told + (shown if self.sequence else "")
 
 
 @dataclass(frozen=True, repr=False)

@@ -33,7 +33,7 @@ def fit_candidates(
     likely = _likeliest(fits, 3)
     _keep(fits, _other_basins(search, [fits[name] for name in likely]))
     for name in likely[:2]:
-        search.report(f"{name} again", 0, 1)
+        search.report(f"{name}, from new draws", 0, 1)
         _keep(fits, _from_new_draws(search, base, fits[name]))
     # The model without the candidate, from where the likeliest led: one that stays at a poor local
     # maximum would make all of them look needed.
@@ -65,7 +65,7 @@ def from_starts(search: Search, screened: Mapping[str, Sequence[Candidate]]) -> 
     _keep(fits, search.fit(begun, behind=200.0))
     best = max(fits.values(), key=evidence, default=None)
     if best is not None and search.is_gross(best) and search.is_lost(best):
-        search.report("candidates, along the runs", 0, 1)
+        search.report("candidates, on ever longer parts of the runs", 0, 1)
         _keep(fits, _along_the_runs(search, chosen))
     search.report("candidates", len(screened), len(screened))
     return fits
@@ -143,7 +143,7 @@ def _other_basins(search: Search, fits: Sequence[Fitted], seen: float = 0.3) -> 
             rows.append(start._replace(point=point))
     if not rows:
         return []
-    search.report("other basins", 0, len(rows))
+    search.report("other local maxima", 0, len(rows))
     here = dict(zip((s.effects for s in every), search.explained(every), strict=True))
     kept = []
     for row, there in zip(rows, search.explained(rows), strict=True):
@@ -171,6 +171,6 @@ def with_own_motion(
     found = {}
     for done, name in enumerate(order):
         search.tick()
-        search.report("own motion", done, len(order))
+        search.report("likeliest candidates, refined", done, len(order))
         found[name] = search.settled(fits[name])
     return found

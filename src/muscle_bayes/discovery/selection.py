@@ -181,7 +181,7 @@ def _weighed(
     models = {NONE: base, **near}
     checked: dict[str, Draws] = {}
     for name in [name for name in naming.order if name in models][:2]:
-        search.report("sampling to check", len(checked), 2)
+        search.report("probabilities, by importance sampling", len(checked), 2)
         checked[name] = found.draws_of(search, models[name])
         found.checks.append(checked[name].text(name))
     corrections = {name: one.log_evidence - one.laplace for name, one in checked.items()}

@@ -82,14 +82,9 @@ def summary(found: Discovery, origins: Mapping[str, str]) -> str:
         *[f"Not searched: {one}." for one in found.not_searched],
     ]
     if (following := found.next_experiment) is not None:
-        loads = ", ".join(f"{1000 * load:g} g" for load in following.loads)
-        lines += [
-            "## Next experiment",
-            "",
-            f"To tell {' from '.join(following.separates)}: {following.protocol}, {loads} "
-            f"(`next-experiment.toml`); expected log odds {following.information:.1f} nat.",
-            "",
-        ]
+        lines += ["## Next experiment", "", str(following), ""]
+        if following.sequence:
+            lines += ["The logger's sequence is in `next-experiment.toml`.", ""]
     return "\n".join(lines)
 
 

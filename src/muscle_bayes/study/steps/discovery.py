@@ -36,7 +36,7 @@ def make(plan: Plan, name: str, report: Report) -> None:
     )
     drawn = Drawn(plan)
     _draw(found, drawn, {run.name: run.metadata.origin for run in runs}, origin_of(runs))
-    if found.next_experiment is not None:
+    if found.next_experiment is not None and found.next_experiment.sequence:
         sequence = found.next_experiment.sequence.encode()
         write_whole(plan.out / "next-experiment.toml", sequence)
     # Of its own, so that the revised model is sampled again only when other effects are found.
