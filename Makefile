@@ -25,7 +25,7 @@ study: $(READY) ## the whole study of the shipped data: reports/report.html and 
 	@$(BIN)/muscle-bayes study --preset $(PRESET)
 
 test: $(READY) lint firmware-if-possible browser-if-possible ## lint and test, a quarter of an hour on two cores
-	@$(BIN)/python -m pytest -n $(CORES) -m "not slow"
+	@$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder -m "not slow"
 
 test-slow: $(READY) firmware-if-possible ## the long statistical tests
 	@$(BIN)/python -m pytest -m slow

@@ -25,6 +25,7 @@ from muscle_bayes.inference.sampling import fit as fitting
 from muscle_bayes.inference.sampling.sampler import Effort
 from muscle_bayes.markup import three_digits
 from muscle_bayes.physics.effects import Backlash
+from muscle_bayes.physics.effects.own import own_effects
 from muscle_bayes.progress import shown_progress
 from muscle_bayes.study.published import TABLE_1, TABLE_2
 
@@ -156,6 +157,7 @@ def test_a_model_takes_effects_as_classes():
     named, classes = (mb.calibration_model(runs, effects=[one]) for one in ("backlash", Backlash))
     assert str(named) == str(classes)
     assert "backlash." in str(classes)
+    assert "backlash" not in own_effects()
 
 
 def test_one_path_is_one_run():

@@ -52,7 +52,8 @@ def _given(effect: AnyEffectType) -> str:
             f"{effect!r} is no effect. Fix: give names of the catalogue, or subclasses of "
             "muscle_bayes.physics.effect.Effect with name, port and parameters."
         )
-    _GIVEN[effect.name] = effect
+    if effect.__module__.partition(".")[0] != __name__.partition(".")[0]:
+        _GIVEN[effect.name] = effect
     return effect.name
 
 
