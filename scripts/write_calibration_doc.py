@@ -33,8 +33,9 @@ uniform. All data are synthetic: rig, drive and times of readings are those of t
   and says nothing of the rest of the prior.
 
 A fit counts as converged with R-hat at most 1.05, a bulk effective sample size of 100 and no
-divergences. Ranks of fits that did not converge count like the others. Uniformity is tested by
-chi-square in ten bins for each quantity; the least p-value is multiplied by their number (Bonferroni).
+divergences. Ranks of fits that did not converge count like the others. Uniformity is tested for
+each quantity by chi-square in ten bins and by Kolmogorov and Smirnov's test. The least p-value is
+multiplied by the number of tests (Bonferroni).
 
 | posterior | of | data sets | converged | processor time | quantities | least uniform | p, corrected |
 |---|---|---|---|---|---|---|---|

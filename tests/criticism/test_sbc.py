@@ -46,6 +46,10 @@ def test_uniform_ranks_pass_and_others_do_not() -> None:
         name, chance = found(uniform | {"poor": poor}).smallest()
         assert name == "poor"
         assert chance < 1e-4
+    # Density of the ranks 1 + (1 - 2 u) / 2, at its quantiles: each bin alone is nearly as it should be.
+    u = (np.arange(200) + 0.5) / 200
+    leaning = np.floor((RANKS + 1) * (1.5 - np.sqrt(2.25 - 2.0 * u))).astype(int)
+    assert found({"leaning": leaning}).smallest()[1] < 0.005
     figure = calibration_figure(found(uniform | {"poor": narrow}), "springs")
     assert "least uniform: poor" in figure._suptitle.get_text()
 

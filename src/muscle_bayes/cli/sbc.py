@@ -65,10 +65,10 @@ def sbc(
 ) -> None:
     """Simulation-based calibration: fit data sets drawn from prior and likelihood.
 
-    The true value must rank uniformly among the draws of its posterior, in every quantity. A
-    chi-square test checks that, corrected by Bonferroni. Data sets whose readings hardly move are
-    drawn again: they carry no information. Finished data sets stay in DIR, so interrupted work goes
-    on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
+    The true value must rank uniformly among the draws of its posterior, in every quantity. Chi-square
+    and Kolmogorov-Smirnov tests check that, corrected by Bonferroni. Data sets whose readings hardly
+    move are drawn again: they carry no information. Finished data sets stay in DIR, so interrupted
+    work goes on where it stopped. Exits with 1 if ranks are not uniform (p below 0.01).
 
     Examples:
         muscle-bayes sbc data/spring-*.csv --sets 100 --out reports/sbc
