@@ -112,6 +112,7 @@ class BoardLaw(eqx.Module):
         return state, duties.astype(jnp.float64)
 
 
+@pytest.mark.slow
 def test_three_hundred_seconds_in_the_loop_are_the_simulations(tuned):
     """Through JAX's plant, sensors and heaters: the board's duties keep the angle to a count."""
     values = TABLE_1["coulomb"] | {key: np.full(2, value) for key, value in TABLE_2.items()}

@@ -32,7 +32,7 @@ def gains(firmware, tmp_path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("angle", [0.08, -0.116])
+@pytest.mark.parametrize("angle", [0.08, pytest.param(-0.116, marks=pytest.mark.slow)])
 def test_an_angle_is_held_and_logged(gains, tmp_path, angle):
     """To a count and a half, after a minute: dry friction holds the rotor until heat frees it again."""
     told = run(

@@ -47,7 +47,8 @@ def test_a_hidden_effect_is_named_and_added(tmp_path: Path) -> None:
     assert "viscous-friction" in text
 
 
-@pytest.mark.parametrize("waves", [4.0, pytest.param(50.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("waves", [4.0, 50.0])
 def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) -> None:
     """Between starts at other periods and the true one there is no way down."""
     hidden = make_effect("cogging", sine=0.006, waves=waves)
@@ -58,7 +59,7 @@ def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) ->
     assert abs(told.median - waves) < told.high - told.low
 
 
-@pytest.mark.parametrize(("name", "size"), [("backlash", 0.05), ("zero-drift", 0.01)])
+@pytest.mark.parametrize(("name", "size"), [pytest.param("backlash", 0.05, marks=pytest.mark.slow), ("zero-drift", 0.01)])
 def test_a_sensor_that_does_not_show_the_rotor_is_named(
     tmp_path: Path, name: str, size: float
 ) -> None:

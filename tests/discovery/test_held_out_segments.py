@@ -42,6 +42,7 @@ def runs(tmp_path) -> list[Run]:
     return read_runs([tmp_path])
 
 
+@pytest.mark.slow
 def test_a_held_out_axis_is_predicted_to_its_noise(compiled_fast, runs) -> None:
     import jax
 

@@ -190,6 +190,7 @@ def test_priors_that_cannot_be(kind: str) -> None:
         calibration_model(read_runs(DATA / "spring-1.csv"), priors={"J": given})
 
 
+@pytest.mark.slow
 def test_nuts_finds_what_made_a_spring_run() -> None:
     model = calibration_model(read_runs([DATA / "spring-1.csv"]))
     priors = model.problem.data.priors

@@ -103,6 +103,7 @@ def test_the_rate_of_a_pendulum_tells_what_its_angle_tells() -> None:
     assert found["parameters"]["D"]["mean"] == pytest.approx(2 * 0.5 * inertia, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_static_curve_needs_no_time() -> None:
     """Force against extension, in any order of the rows: a spring without damping."""
     x = np.random.default_rng(2).uniform(0.0, 0.05, 40)
