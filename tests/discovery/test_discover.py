@@ -59,7 +59,9 @@ def test_the_period_of_a_hidden_torque_is_found(tmp_path: Path, waves: float) ->
     assert abs(told.median - waves) < told.high - told.low
 
 
-@pytest.mark.parametrize(("name", "size"), [pytest.param("backlash", 0.05, marks=pytest.mark.slow), ("zero-drift", 0.01)])
+@pytest.mark.parametrize(
+    ("name", "size"), [pytest.param("backlash", 0.05, marks=pytest.mark.slow), ("zero-drift", 0.01)]
+)
 def test_a_sensor_that_does_not_show_the_rotor_is_named(
     tmp_path: Path, name: str, size: float
 ) -> None:
