@@ -171,7 +171,10 @@ def _heated(nested: Nested, first: Fitted, second: Fitted) -> Iterator[NextExper
 def _released(
     nested: Nested, first: Fitted, second: Fitted, factors: Sequence[float] = (0.5, 1.5, 2.0)
 ) -> Iterator[NextExperiment]:
-    """Free runs begun `factors` times as far from the mean of their readings, and as fast."""
+    """Free runs begun `factors` times as far from the mean of their readings, and as fast.
+
+    None beyond a stop.
+    """
     names, layout = nested.shared_names(), nested.layout
     for group, (regime, lanes) in enumerate(zip(layout.regimes, nested.data.lanes, strict=True)):
         places = [names.index(one) for one in names if one.startswith(f"{regime}.start[")]
@@ -193,8 +196,11 @@ def _released(
                 moved.append(replace(one, point=point))
             told = _information(nested, group, nested.data, *moved)
             for lane, score in enumerate(told):
-                if np.isfinite(score):
-                    begun = moved[0].point[places[own[lane]]]
+                begun = moved[0].point[places[own[lane]]]
+                zero = f"{regime}.zero[{own[lane]}]"
+                shown = begun - (first.point[names.index(zero)] if zero in names else 0.0)
+                low, high = runs[lane].metadata.fixture.stops or (-np.inf, np.inf)
+                if np.isfinite(score) and low < float(lanes.scale[lane]) * shown < high:
                     plan = (
                         f"{runs[lane].name} again, but begun at {begun:.4g} {runs[lane].unit} "
                         f"({factor:g} times as far from the mean of its readings)"
