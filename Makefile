@@ -58,7 +58,7 @@ real: $(READY) ## fit measured rigs and write docs/real-rigs.md beside published
 	@$(BIN)/python scripts/published_rigs.py $(REAL)
 
 CALIBRATION := reports/calibration
-calibration: $(READY) ## simulation-based calibration, 200 data sets each (an hour on two cores); writes docs/calibration.md
+calibration: $(READY) ## simulation-based calibration, 200 data sets each (two hours on two cores); writes docs/calibration.md
 	@$(BIN)/muscle-bayes fit data/spring-*.csv --out $(CALIBRATION)/fixture.nc
 	@$(BIN)/muscle-bayes sbc data/spring-*.csv --out $(CALIBRATION)/fixture
 	@$(BIN)/muscle-bayes sbc data/plain/staircase-*.csv --given $(CALIBRATION)/fixture.nc --measured --out $(CALIBRATION)/muscle
