@@ -18,7 +18,8 @@ RUNS = {"fixture": "the five shipped spring runs", "muscle": "the three shipped 
 
 HEAD = """# Calibration of the posteriors
 
-Written by `make calibration`. Are posteriors as wide as they should be? Simulation-based calibration
+`make calibration` fits 200 data sets each. The table states how many were fitted for this page;
+`muscle-bayes sbc --sets N` repeats them. Are posteriors as wide as they should be? Simulation-based calibration
 (Talts et al. 2018) draws parameters, draws readings from the likelihood at these, fits them, and ranks
 every parameter's true value among {ranks} draws of its posterior: over many data sets ranks must be
 uniform. All data are synthetic: rig, drive and times of readings are those of the runs named.

@@ -1,5 +1,6 @@
 """Plans that separate two explanations: their course, and what they are expected to tell."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -80,3 +81,12 @@ def test_a_farther_release_tells_drag_from_friction(compiled_fast: None) -> None
     assert "(2 times as far" in found.plan
     assert found.information > 0.0
     assert found.sequence == ""
+    # With a stop just behind the first position, at -0.006 rad, no farther one is proposed.
+    (run,) = search.nested.problem.runs
+    fixture = run.metadata.fixture.model_copy(update={"stops": (-0.05, 1.2)})
+    near = replace(run, metadata=run.metadata.model_copy(update={"fixture": fixture}))
+    nested = replace(search.nested, problem=replace(search.nested.problem, runs=(near,)))
+    with jax.enable_x64(True):
+        nearer = propose(nested, first, second)
+    assert nearer is not None
+    assert "(0.5 times as far" in nearer.plan

@@ -21,8 +21,8 @@ from muscle_bayes.inference.search.nested_programs import explained_at, look_at
 from muscle_bayes.physics.outputs.position import Position
 from muscle_bayes.physics.schedule import Schedule
 
-FRESH = {"zero": 2.0, "start": 2.0, "hyst_lag": 0.05}
-"""Prior standard deviations of what is a new run's own [counts, counts, strain]."""
+FRESH = ("zero", "start", "speed", "hyst_lag")
+"""What is a new run's own, and known from its prior alone."""
 
 
 @dataclass(frozen=True)
@@ -232,8 +232,9 @@ def _information(
     slopes = np.asarray(seen.jacobian)[:, of_group].reshape(-1, *weight.shape)
     known = first.precision.inverse()
     for index, name in enumerate(names):
-        # A new run has a zero, a start and a HYST of its own.
-        known[index, index] += FRESH.get(name.split(".")[-1].partition("[")[0], 0.0) ** 2
+        site, _, run = name.rstrip("]").partition("[")
+        if site.rpartition(".")[2] in FRESH:
+            known[index, index] += np.ravel(data.priors[site].variance)[int(run)]
     precision = FactoredPrecision(known).inverse()
     found = []
     for lane in range(len(weight)):
