@@ -19,10 +19,12 @@ RUNS = {"fixture": "the five shipped spring runs", "muscle": "the three shipped 
 HEAD = """# Calibration of the posteriors
 
 `make calibration` fits 200 data sets each. The table states how many were fitted for this page;
-`muscle-bayes sbc --sets N` repeats them. Are posteriors as wide as they should be? Simulation-based calibration
-(Talts et al. 2018) draws parameters, draws readings from the likelihood at these, fits them, and ranks
-every parameter's true value among {ranks} draws of its posterior: over many data sets ranks must be
-uniform. All data are synthetic: rig, drive and times of readings are those of the runs named.
+`muscle-bayes sbc --sets N` repeats them. Are posteriors as wide as they should be?
+
+Simulation-based calibration (Talts et al. 2018) draws parameters, draws readings from the likelihood
+at these, fits them, and ranks every parameter's true value among {ranks} draws of its
+posterior: over many data sets ranks must be uniform. All data are synthetic: rig, drive and times
+of readings are those of the runs named.
 
 - **fixture**: parameters are drawn from the prior. Where friction holds the rotor fast, readings carry
   no information. Data sets with a run whose readings span less than {span:.0%} of the measured ones are
