@@ -1,6 +1,6 @@
 """Write docs/trial.md and its figure from what `make trial`, or benchmarks.trial.count, has left.
 
-python -m benchmarks.trial.page FOLDER, with trial.json and trial.png in it.
+python -m benchmarks.trial.page FOLDER, with trial.json, outcomes.json and the figures in it.
 """
 
 import inspect
@@ -17,7 +17,7 @@ from muscle_bayes.discovery.weigh import PRIOR_NONE
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-BASELINES = ROOT / "benchmarks" / "results" / "discovery.json"
+RESULTS = ROOT / "benchmarks" / "results"
 
 HEAD = """# Trial of discovery
 
@@ -98,13 +98,16 @@ def main(folder: Path) -> None:
         shutil.copyfile(folder / f"{name}.png", DOCS / "figures" / f"{name}.png")
     page += "\n![Confusion matrix and reliability, synthetic data](figures/trial.png)\n"
     page += "\n![Detection rate by strength, synthetic data](figures/trial-power.png)\n"
-    if BASELINES.exists():
+    RESULTS.mkdir(exist_ok=True)
+    shutil.copyfile(folder / "outcomes.json", RESULTS / "trial.json")
+    page += "\nEvery case, with all that was said of it: `benchmarks/results/trial.json`.\n"
+    if (baselines := RESULTS / "discovery.json").exists():
         page += (
             "\n## Other ways to select\n\nOn the same cases, from what `discover` had at its first step "
             "(`benchmarks/discovery.py`):\n\n"
             "| method | detectable effects named first | claims where nothing was hidden |\n|---|---|---|\n"
         )
-        for row in json.loads(BASELINES.read_text()):
+        for row in json.loads(baselines.read_text()):
             cells = [
                 f"{hits} of {cases} ({low:.0%} to {high:.0%})"
                 for hits, cases, low, high in (row["named"], row["false_claims"])

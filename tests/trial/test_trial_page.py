@@ -53,6 +53,8 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
     )
     assert page.verdict({"wanted": "", "share": 0.5}) == ""
     monkeypatch.setattr(page, "DOCS", tmp_path)
+    monkeypatch.setattr(page, "RESULTS", tmp_path / "results")
+    (tmp_path / "outcomes.json").write_text("[]")
     (tmp_path / "trial.png").write_bytes(b"")
     (tmp_path / "trial-power.png").write_bytes(b"")
     for code, words in (
@@ -64,6 +66,7 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         page.main(tmp_path)
         told = (tmp_path / "trial.md").read_text()
         assert words in told
+        assert (tmp_path / "results" / "trial.json").read_text() == "[]"
         assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | holds |" in told
 
 
