@@ -33,6 +33,9 @@ at least half the error of a reading (noise and rounding).
 |---|---|---|---|---|
 """
 
+WHOLE = {kind: inspect.signature(trial).parameters[kind].default for kind in KINDS}
+"""Data sets of each kind in the whole trial."""
+
 RIGS = (
     "Of these {thesis} are of rigs like the thesis', {other} of pendulums, sprung discs and axes."
 )
@@ -54,24 +57,25 @@ def searched_by(codes: dict[str, int]) -> str:
     return EARLIER if older == sum(codes.values()) else MIXED.format(count=older)
 
 
+def missing(counts: dict[str, int]) -> int:
+    """How many data sets of the whole trial were not searched."""
+    return sum(WHOLE.values()) - sum(counts.values())
+
+
 def extent(counts: dict[str, int]) -> str:
     """How many data sets of each kind there were, and of how many."""
-    whole = {kind: inspect.signature(trial).parameters[kind].default for kind in KINDS}
-    parts = ", ".join(f"{counts.get(kind, 0)} of {whole[kind]} ({kind})" for kind in KINDS)
-    missing = sum(whole.values()) - sum(counts.values())
-    return f"{parts}" + (", **so not yet the whole trial**" if missing > 0 else "")
+    parts = ", ".join(f"{counts.get(kind, 0)} of {WHOLE[kind]} ({kind})" for kind in KINDS)
+    return f"{parts}" + (", **so not yet the whole trial**" if missing(counts) > 0 else "")
 
 
-def verdict(one: dict[str, Any]) -> str:
-    """Whether the rate itself meets its aim, if it has one."""
+def verdict(one: dict[str, Any], *, whole: bool) -> str:
+    """Whether the rate itself meets its aim, if it has one; of a part of the trial, so far."""
     if not one["wanted"]:
         return ""
     aim, limit = one["wanted"].split()[0], float(one["wanted"].split()[1]) / 100.0
-    return (
-        "holds"
-        if (one["share"] >= limit if aim == ">=" else one["share"] <= limit)
-        else "**does not hold**"
-    )
+    if one["share"] >= limit if aim == ">=" else one["share"] <= limit:
+        return "holds" if whole else "so far"
+    return "**does not hold**" if whole else "**not so far**"
 
 
 def main(folder: Path) -> None:
@@ -80,10 +84,11 @@ def main(folder: Path) -> None:
     code = searched_by(found["codes"])
     rigs = RIGS.format(**{rig: found["rigs"].get(rig, 0) for rig in RIG_NAMES})
     page = HEAD.format(extent=extent(found["kinds"]), code=code, rigs=rigs)
+    whole = missing(found["kinds"]) <= 0
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "
-            f"| {one['low']:.0%} to {one['high']:.0%} | {verdict(one)} |\n"
+            f"| {one['low']:.0%} to {one['high']:.0%} | {verdict(one, whole=whole)} |\n"
         )
     error, presumed = found["calibration_error"], found["calibration_error_as_presumed"]
     met = "below" if error < 0.05 else "**not below**"

@@ -51,7 +51,9 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
         "**so not yet the whole trial**"
     )
-    assert page.verdict({"wanted": "", "share": 0.5}) == ""
+    assert page.verdict({"wanted": "", "share": 0.5}, whole=True) == ""
+    assert page.verdict({"wanted": ">= 80 %", "share": 0.9}, whole=True) == "holds"
+    assert page.verdict({"wanted": ">= 80 %", "share": 0.7}, whole=False) == "**not so far**"
     monkeypatch.setattr(page, "DOCS", tmp_path)
     monkeypatch.setattr(page, "RESULTS", tmp_path / "results")
     (tmp_path / "outcomes.json").write_text("[]")
@@ -67,7 +69,7 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         told = (tmp_path / "trial.md").read_text()
         assert words in told
         assert (tmp_path / "results" / "trial.json").read_text() == "[]"
-        assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | holds |" in told
+        assert "| none: something claimed | <= 3 % | 0 of 7 | 0% to 41% | so far |" in told
 
 
 def test_page_says_how_many_outcomes_are_of_earlier_code() -> None:
