@@ -59,7 +59,7 @@ def searched_by(codes: dict[str, int]) -> str:
 
 def missing(counts: dict[str, int]) -> int:
     """How many data sets of the whole trial were not searched."""
-    return sum(WHOLE.values()) - sum(counts.values())
+    return sum(max(count - counts.get(kind, 0), 0) for kind, count in WHOLE.items())
 
 
 def extent(counts: dict[str, int]) -> str:
@@ -84,7 +84,7 @@ def main(folder: Path) -> None:
     code = searched_by(found["codes"])
     rigs = RIGS.format(**{rig: found["rigs"].get(rig, 0) for rig in RIG_NAMES})
     page = HEAD.format(extent=extent(found["kinds"]), code=code, rigs=rigs)
-    whole = missing(found["kinds"]) <= 0
+    whole = missing(found["kinds"]) == 0
     for one in found["rates"]:
         page += (
             f"| {one['what']} | {one['wanted']} | {one['hits']} of {one['cases']} "

@@ -51,6 +51,8 @@ def test_page_says_how_much_of_the_trial_it_is(tmp_path: Path, monkeypatch) -> N
         "0 of 60 (single), 7 of 60 (none), 0 of 30 (outside), 0 of 30 (pair), "
         "**so not yet the whole trial**"
     )
+    # More of one kind does not make up for another.
+    assert page.missing({"none": 150, "single": 60}) == 60
     assert page.verdict({"wanted": "", "share": 0.5}, whole=True) == ""
     assert page.verdict({"wanted": ">= 80 %", "share": 0.9}, whole=True) == "holds"
     assert page.verdict({"wanted": ">= 80 %", "share": 0.7}, whole=False) == "**not so far**"
