@@ -38,7 +38,7 @@ def _seen(point: np.ndarray, bend: float) -> Seen:
     log_scale = 0.1 * np.tanh(SCALES @ point)
     errors = (MATRIX @ point + bend * (BEND @ point) ** 2 - TARGET) * np.exp(-log_scale)
     total = 0.5 * errors @ errors + log_scale.sum() + 0.5 * point @ point
-    return Seen(total, np.r_[errors, log_scale], -point, np.ones(4))
+    return Seen(total, np.r_[errors, log_scale], -point, np.eye(4))
 
 
 def _look(point: np.ndarray, bend: float) -> Look:
@@ -48,7 +48,7 @@ def _look(point: np.ndarray, bend: float) -> Look:
          for d in step * np.eye(4)]
     )  # fmt: skip
     gradient = slopes @ np.r_[seen.parts[:30], np.ones(30)] - seen.pull
-    return Look(seen, gradient, slopes @ slopes.T + np.diag(seen.prior), slopes)
+    return Look(seen, gradient, slopes @ slopes.T + seen.prior, slopes)
 
 
 def test_along_the_move_derivatives_are_those_of_the_chord() -> None:
@@ -56,7 +56,7 @@ def test_along_the_move_derivatives_are_those_of_the_chord() -> None:
     look, seen = _look(here, 0.05), _seen(there, 0.05)
     found = carried(look.seen, Carried(*look[1:]), seen, there - here)
     assert (there - here) @ found.slopes == pytest.approx(seen.parts - look.seen.parts)
-    whole = found.slopes @ found.slopes.T + np.diag(seen.prior)
+    whole = found.slopes @ found.slopes.T + seen.prior
     assert found.information == pytest.approx(whole, rel=1e-9)
     true = _look(there, 0.05)
     assert np.abs(found.gradient - true.gradient).max() < 0.5 * np.abs(true.gradient).max()

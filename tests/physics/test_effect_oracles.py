@@ -329,7 +329,7 @@ def test_softening_multiplies_the_modulus_and_leaves_the_force_that_opens_it(tem
 @pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
 def test_damper_law_is_arrhenius_where_eq_17_is_level(temperature):
     level = {"H": 1e-6, "T_hyst_offset": 1e12}
-    made = muscle_plant(**level) + DamperLaw(jnp.asarray(3000.0), jnp.asarray(1.0))
+    made = muscle_plant(**level) + DamperLaw(jnp.asarray(3000.0), jnp.asarray(0.0))
     rates = [
         one.hyst_rate(*AT, jnp.full(2, 0.02), heated(temperature))[0]
         for one in (made, muscle_plant(**level))
@@ -339,19 +339,28 @@ def test_damper_law_is_arrhenius_where_eq_17_is_level(temperature):
     assert slower == pytest.approx(3000.0 * (1 / (temperature + 273.15) - 1 / 298.15), rel=1e-9)
 
 
-@pytest.mark.parametrize("temperature", [25.0, 60.0, 90.0])
-def test_damper_law_is_exponential_where_its_shape_is_minus_one(temperature):
-    """ln B is straight in T; and shapes near 0 join both sides: a power of T."""
-    kelvin = temperature + 273.15
+def test_damper_law_has_the_slope_and_curvature_of_other_laws():
+    """Of an exponential of T, and of Williams, Landel and Ferry's law: what is left is of third order."""
 
-    def log_factor(shape: float) -> float:
-        effect = DamperLaw(jnp.asarray(3000.0), jnp.asarray(shape))
-        return float(jnp.log(effect(jnp.asarray(1.0), SimpleNamespace(temperature=temperature))))
+    def log_factor(theta: float, kappa: float, celsius: float) -> float:
+        effect = DamperLaw(jnp.asarray(theta), jnp.asarray(kappa))
+        return float(jnp.log(effect(jnp.asarray(1.0), SimpleNamespace(temperature=celsius))))
 
-    assert log_factor(-1.0) == pytest.approx(-3000.0 * (kelvin - 298.15) / 298.15**2, abs=1e-9)
-    power = -3000.0 / 298.15 * np.log(kelvin / 298.15)
-    for shape in (0.0, 1e-4, -1e-4):
-        assert log_factor(shape) == pytest.approx(power, abs=1e-3)
+    def exponential(above: float) -> float:
+        return -0.03 * above
+
+    def wlf(above: float) -> float:
+        return -2.0 * above / (101.6 + above)
+
+    slope = 0.03 * 298.15**2
+    steep = 2.0 * 298.15**2 / 101.6
+    for law, theta, kappa in (
+        (exponential, slope, slope),
+        (wlf, steep, steep * (1.0 - 298.15 / 101.6)),
+    ):
+        assert log_factor(theta, kappa, 25.0) == 0.0
+        left = [abs(law(above) - log_factor(theta, kappa, 25.0 + above)) for above in (2.0, 4.0)]
+        assert left[1] / left[0] == pytest.approx(8.0, rel=0.1)
 
 
 def test_cogging_holds_an_oscillator_where_its_torque_balances_the_spring():

@@ -113,7 +113,7 @@ def _tried(
         slots = _unconstrained(nested, row[0], row[2])
         if np.isfinite(slots).all():
             kept.append((row, slots))
-            point = _joined(nested, base, base.point, slots)
+            point = _joined(nested, base, base.point, row[0], slots)
             begun.append(Start((*base.effects, row[0]), point, base.data))
     found: dict[str, list[tuple[Candidate, Draw]]] = {}
     seen = search.explained(begun) if begun else []
@@ -126,7 +126,7 @@ def _tried(
         gain = float(-base.errors @ rest - 0.5 * (rest @ rest))
         moved = base.point.copy()
         moved[: base.used] -= np.clip(absorbed, -1.0, 1.0)
-        there = start._replace(point=_joined(nested, base, moved, slots))
+        there = start._replace(point=_joined(nested, base, moved, row[0], slots))
         candidate = Candidate(row[0], row[1], gain, there, rest, scaled)
         found.setdefault(row[0], []).append((candidate, row))
     return found
@@ -201,8 +201,11 @@ def could_show(
     return Visibility(share, pairs)
 
 
-def _joined(nested: Nested, base: Fitted, point: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """The base's point with slots for one effect more."""
+def _joined(
+    nested: Nested, base: Fitted, point: np.ndarray, effect: str, own: np.ndarray
+) -> np.ndarray:
+    """The base's point with slots for one effect more, whose unconstrained parameters are `own`."""
+    own = nested.own_slots(effect, own, point)
     slots = np.concatenate([point[nested.shared : base.used], own])
     unused = max(nested.slots - slots.size, 0)
     return np.concatenate([point[: nested.shared], slots, np.zeros(unused)])

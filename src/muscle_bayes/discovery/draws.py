@@ -87,7 +87,7 @@ def sampled(
         levels = np.array([float(one.potential) for one in search.explained(rows)])
         return np.nan_to_num(levels, nan=np.inf, posinf=np.inf)
 
-    prior = np.asarray(fitted.seen.prior)[:used]
+    prior = np.diag(fitted.seen.prior)[:used]
     proposal = split_student(
         lambda moves: potential(moves) - fitted.potential, fitted.precision.inverse(), prior
     )
@@ -157,7 +157,7 @@ def undetermined(
 
     def spread(fitted: Fitted) -> np.ndarray:
         variance = np.diag(fitted.precision.inverse())[: nested.shared]
-        return np.sqrt(variance * np.maximum(np.asarray(fitted.seen.prior)[: nested.shared], 1e-12))
+        return np.sqrt(variance * np.diag(fitted.seen.prior)[: nested.shared])
 
     names = np.array(nested.shared_names())
     own = np.array(["." in name for name in names])  # of a run or a sensor

@@ -1,5 +1,7 @@
 """Log posterior density of a problem, on an unconstrained vector, as a pure function of the data."""
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -9,11 +11,15 @@ from jaxtyping import Array, Bool, Float
 from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
+from muscle_bayes.inference.model.damper_axes import from_axes, to_axes
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values, predictions, zeros_of
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.likelihood import noise_of, reading_distribution
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Data, Layout
+
+LEAST_PRECISION = 1e-4
+"""Least prior precision of a direction, for flat or concave priors."""
 
 
 def rms_by_regime(
@@ -94,7 +100,8 @@ def lane_fits(values: Values, layout: Layout, data: Data) -> list[LaneFit]:
 
 
 def constrain(vector: Float[Array, " n"], layout: Layout, data: Data) -> dict[str, Array]:
-    """Sampled values from the unconstrained vector."""
+    """Sampled values from the unconstrained vector, along the axes of `damper_axes`."""
+    vector = from_axes(vector, layout, data)
     groups = data.priors.by_family(layout.shapes)
     values = _placed([(biject_to(p.support)(vector[entries]), entries) for p, entries in groups])
     found, position = {}, 0
@@ -117,11 +124,11 @@ def unconstrain(values: Values, layout: Layout, data: Data) -> Float[Array, " n"
         jnp.ravel(biject_to(data.priors[name].support).inv(jnp.asarray(values[name])))
         for name, _ in layout.shapes
     ]
-    return jnp.concatenate(parts)
+    return to_axes(jnp.concatenate(parts), layout, data)
 
 
-def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:
-    """Log prior density of each entry of the unconstrained vector.
+def site_priors(free: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, " n"]:
+    """Log prior density of each entry of the sites' unconstrained values.
 
     Those of one family together: what is evaluated one by one is compiled one by one.
     """
@@ -132,12 +139,35 @@ def log_prior_entries(vector: Float[Array, " n"], layout: Layout, data: Data) ->
         return prior.log_prob(value) + transform.log_abs_det_jacobian(part, value)
 
     groups = data.priors.by_family(layout.shapes)
-    return _placed([(density(prior, vector[entries]), entries) for prior, entries in groups])
+    return _placed([(density(prior, free[entries]), entries) for prior, entries in groups])
 
 
 def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
     """Log prior density of the unconstrained vector."""
-    return jnp.sum(log_prior_entries(vector, layout, data))
+    return jnp.sum(site_priors(from_axes(vector, layout, data), layout, data))
+
+
+def prior_precision(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, "n n"]:
+    """Precision of the prior along the axes of an unconstrained vector."""
+    sites = partial(from_axes, layout=layout, data=data)
+
+    def total(free: Array) -> Array:
+        return jnp.sum(site_priors(free, layout, data))
+
+    return precision_through(sites, total, vector)
+
+
+def precision_through(
+    sites: Callable[[Array], Array],
+    log_density: Callable[[Array], Array],
+    place: Float[Array, " n"],
+) -> Float[Array, "n n"]:
+    """Precision at a place whose `sites` are independent of each other: their Hessian is diagonal."""
+    free = sites(place)
+    stiff = -jax.jvp(jax.grad(log_density), (free,), (jnp.ones_like(free),))[1]
+    ways = jax.jacfwd(sites)(place)
+    precision = ways.T @ (jnp.maximum(stiff, 0.0)[:, None] * ways)
+    return precision + jnp.diag(jnp.maximum(LEAST_PRECISION - jnp.diag(precision), 0.0))
 
 
 def _total(fits: list[LaneFit]) -> Float[Array, ""]:

@@ -195,7 +195,7 @@ def _joined(chunks: list[list[_Rows]]) -> _Rows:
 
 def _draws(chunks: list[list[_Rows]], problem: Problem, sampler: Sampler) -> Draws:
     values, statistics = _joined(chunks)
-    vector = sampler.vectors(values, statistics, problem.layout)
+    vector = sampler.vectors(values, statistics, problem)
     return Draws(vector, _sampled(vector, problem, len(chunks)), statistics)
 
 

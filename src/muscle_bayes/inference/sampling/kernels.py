@@ -3,12 +3,15 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
+from numpyro.distributions import biject_to
 from numpyro.infer import NUTS, Gibbs
 
 from muscle_bayes.inference.model.calibration_model import CalibrationModel
+from muscle_bayes.inference.model.damper_axes import from_axes, to_axes
 from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Layout, Problem
@@ -57,7 +60,7 @@ class Sampler(Protocol):
         """The state of all chains after warm-up; statistics have chain and draw axes."""
 
     def vectors(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], problem: Problem
     ) -> Float[np.ndarray, "chain draw n"]:
         """Unconstrained draws of all sites from those that the blocks hold."""
 
@@ -103,7 +106,10 @@ class Nuts:
         return blocks_of([name for name, _ in layout.shapes], self.walls)
 
     def prepared(self, normal: Normal, problem: Problem, workers: int) -> Normal:
-        return normal
+        """Without the axes of `damper_axes`, which NumPyro's own sites know nothing of."""
+        slopes = jax.jacfwd(from_axes)(jnp.asarray(normal.point), problem.layout, problem.data)
+        own = np.asarray(slopes)[np.ix_(normal.entries, normal.entries)]
+        return normal._replace(covariance=own @ normal.covariance @ own.T)
 
     def begun(self, state: Any, prepared: Normal) -> Any:
         sites = tuple(dict.fromkeys(prepared.names))
@@ -124,12 +130,21 @@ class Nuts:
         return state._replace(adapt_state=adapted, i=jnp.full_like(state.i, SCHEDULE))
 
     def vectors(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], problem: Problem
     ) -> Float[np.ndarray, "chain draw n"]:
-        smooth = self.blocks(layout).smooth
-        # NUTS holds its sites unconstrained; the others are positive.
-        free = [values[n] if n in smooth else np.log(values[n]) for n, _ in layout.shapes]
-        return np.concatenate([one.reshape(*one.shape[:2], -1) for one in free], axis=2)
+        layout, data = problem.layout, problem.data
+        smooth = self.blocks(layout).smooth  # NUTS holds its sites unconstrained
+
+        def free(name: str) -> np.ndarray:
+            found = jnp.asarray(values[name])
+            return np.asarray(
+                found if name in smooth else biject_to(data.priors[name].support).inv(found)
+            )
+
+        parts = [free(name) for name, _ in layout.shapes]
+        whole = jnp.concatenate([part.reshape(*part.shape[:2], -1) for part in parts], axis=2)
+        along = jax.vmap(jax.vmap(lambda vector: to_axes(vector, layout, data)))
+        return np.asarray(along(whole))
 
 
 @dataclass(frozen=True)
@@ -199,7 +214,7 @@ class LinearisedSteps:
         return state
 
     def vectors(
-        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], layout: Layout
+        self, values: dict[str, np.ndarray], statistics: dict[str, np.ndarray], problem: Problem
     ) -> Float[np.ndarray, "chain draw n"]:
         return statistics["place"]
 

@@ -1,6 +1,6 @@
 """A surrogate of the posterior: the model's predictions taken as linear about a point."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -9,7 +9,7 @@ import numpy as np
 from jax.scipy.linalg import cho_solve, solve_triangular
 from jaxtyping import Array, Float, Int
 
-from muscle_bayes.inference.model.density import constrain, log_prior
+from muscle_bayes.inference.model.density import constrain, log_prior, prior_precision
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values, zeros_of
 from muscle_bayes.inference.model.likelihood import (
     expected_reading,
@@ -20,7 +20,6 @@ from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.running.programs import constrained_at, predictions_at
 from muscle_bayes.inference.running.side_by_side import side_by_side
 from muscle_bayes.inference.sampling.surrogate_transitions import Surrogate
-from muscle_bayes.inference.search.mode import LEAST_PRECISION
 from muscle_bayes.inference.search.tempering import entry_names
 
 SHARES = (1.0, 0.1)
@@ -40,6 +39,8 @@ class Linearised(NamedTuple):
     """At the point."""
     changes: list[Float[Array, "lane interval m"]]
     """Of the readings expected, along each direction. Secants, for motion is not smooth on all scales."""
+    widths: Float[Array, " m"]
+    """Of proposals along each direction: 1 where readings change as much either way, up to 2 elsewhere."""
 
 
 def linearised(
@@ -65,14 +66,41 @@ def linearised(
         [np.nan_to_num(0.5 * (a - b)) / share for a, b in zip(*pair, strict=True)]
         for *pair, share in zip(up, down, np.repeat(SHARES, len(root)), strict=True)
     ]
-    sizes = np.array([sum(float(np.sum(part**2)) for part in one) for one in secants])
+    sizes = np.array([_size(one) for one in secants])
     chosen = np.argmin(sizes.reshape(len(SHARES), -1), axis=0) * len(root) + np.arange(len(root))
     changes = [
         jnp.asarray(np.stack(parts, -1))
         for parts in zip(*(secants[k] for k in chosen), strict=True)
     ]
-    here = predictions_at(jnp.asarray(point), layout, data)
-    return Linearised(jnp.asarray(point), jnp.asarray(root), jnp.linalg.inv(root), here, changes)
+    uneven = _asymmetries(up[: len(root)], down[: len(root)], expected(np.zeros(len(root))))
+    return Linearised(
+        point=jnp.asarray(point),
+        root=jnp.asarray(root),
+        inverse_root=jnp.linalg.inv(root),
+        predicted=predictions_at(jnp.asarray(point), layout, data),
+        changes=changes,
+        widths=jnp.asarray(1.0 + np.minimum(uneven, 1.0)),
+    )
+
+
+def _asymmetries(
+    up: Sequence[list[np.ndarray]], down: Sequence[list[np.ndarray]], still: list[np.ndarray]
+) -> Float[np.ndarray, " m"]:
+    """By how much the changes up and down each direction differ, over what they have in common.
+
+    On the side where readings change less the posterior is wider than a normal one.
+    """
+    found = []
+    for ends in zip(up, down, strict=True):
+        parts = list(zip(*ends, still, strict=True))
+        even = _size([a + b - 2.0 * c for a, b, c in parts])
+        found.append(even / max(_size([a - b for a, b, _ in parts]), np.finfo(float).tiny))
+    return np.array(found)
+
+
+def _size(parts: Sequence[np.ndarray]) -> float:
+    """Root of the sum of squares of what is finite."""
+    return float(np.sqrt(sum(np.sum(part[np.isfinite(part)] ** 2) for part in parts)))
 
 
 def expected_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> list[Array]:
@@ -94,7 +122,8 @@ def surrogate_of(
     With predictions linear in u, so are the standardised one-step-ahead errors e of the readings. So the
     posterior of u is normal, of precision P = (de)'(de) + prior precision and mean P^-1 g, g being the
     slope of the log density at the point; the marginal density of the noise is the density at the point
-    times exp(g' P^-1 g / 2) / sqrt(det P). `spread` scales the standard deviations of what is proposed.
+    times exp(g' P^-1 g / 2) / sqrt(det P). `spread` and the directions' `widths` scale the standard deviations
+    of what is proposed.
     """
     count = len(entries)
     row = np.full(len(entry_names(layout)), count)
@@ -121,14 +150,10 @@ def surrogate_of(
         directions = jnp.vstack([about.root, jnp.zeros((1, count))])[row]
         start = jnp.where(row < count, about.point, vector)
         total, gradient, precision = readings_say(about, constrain(start, layout, data), data)
-        (prior, pull), (_, bend) = jax.jvp(
-            lambda v: jax.value_and_grad(log_prior)(v, layout, data),
-            (start,),
-            (jnp.ones_like(start),),
-        )
-        stiff = jnp.maximum(-bend, LEAST_PRECISION)
+        prior, pull = jax.value_and_grad(log_prior)(start, layout, data)
         gradient += directions.T @ pull
-        precision += directions.T @ (stiff[:, None] * directions)
+        precision += directions.T @ prior_precision(start, layout, data) @ directions
+        widths = spread * about.widths
         lower = jnp.linalg.cholesky(precision)
         mean = cho_solve((lower, True), gradient)
         log_determinant = jnp.sum(jnp.log(jnp.diag(lower)))
@@ -136,8 +161,8 @@ def surrogate_of(
         return Surrogate(
             log_marginal=prior + total + 0.5 * gradient @ mean - log_determinant,
             centre=about.point[entries] + about.root @ mean,
-            root=spread * about.root @ wide,
-            inverse_root=lower.T @ about.inverse_root / spread,
+            root=about.root @ (widths[:, None] * wide),
+            inverse_root=(lower.T / widths) @ about.inverse_root,
             log_volume=-log_determinant,
         )
 

@@ -11,8 +11,8 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.density import (
-    log_prior,
     potential_errors_and_scales,
+    prior_precision,
     unconstrain,
 )
 from muscle_bayes.inference.model.muscle_prior import MINIMUM_FORCES
@@ -40,8 +40,6 @@ from muscle_bayes.physics.effects import effect_type
 SHRUNK = 0.03
 """Factor on D, and on what effects do, in every other draw: where friction holds the rotor, no
 parameter shows any effect, and where an effect drowns the rest, a descent goes to its own mode."""
-LEAST_PRECISION = 1e-4
-"""Least prior precision of a direction, for flat or concave priors."""
 
 
 class Mode(NamedTuple):
@@ -73,13 +71,7 @@ def seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
         return found, found[0]
 
     (gradient, jacobian), potential = jax.jacfwd(both, has_aux=True)(vector)
-
-    def slope(vector: Array) -> Array:
-        return jax.grad(log_prior)(vector, layout, data)
-
-    # Priors are independent of each other: their Hessian is diagonal.
-    prior = -jax.jvp(slope, (vector,), (jnp.ones_like(vector),))[1]
-    information = jacobian.T @ jacobian + jnp.diag(jnp.maximum(prior, LEAST_PRECISION))
+    information = jacobian.T @ jacobian + prior_precision(vector, layout, data)
     return Seen(potential, gradient, information)
 
 

@@ -2,15 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
-from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.model.density import constrain, log_prior_entries
+from muscle_bayes.inference.model.damper_axes import LAW, from_axes, to_axes
+from muscle_bayes.inference.model.density import (
+    constrain,
+    precision_through,
+    site_priors,
+    unconstrain,
+)
 from muscle_bayes.inference.model.lane_model import Physical, Values, part_names
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.physics.effects import effect_type
@@ -90,16 +96,28 @@ class Nested:
 
     def point(self, values: Values, effects: Sequence[str]) -> Float[np.ndarray, " n"]:
         """The point of these sampled values with these effects on."""
-        own = zip(self.layout.shapes, _of_effects(self.layout), strict=True)
-        shared = [self._free(name, values[name]) for (name, _), of_effect in own if not of_effect]
-        slots = [self._free(name, values[name]) for name in self.slots_of(effects)]
-        unused = np.zeros(self.choice(effects).slot.size - len(slots))
-        return np.concatenate([*map(np.ravel, shared), np.array(slots), unused])
+        choice, layout = self.choice(effects), self.layout
+        shared = {
+            n for (n, _), own in zip(layout.shapes, _of_effects(layout), strict=True) if not own
+        }
+        given = {n: values[n] for n in shared | set(self.slots_of(effects))}
+        zeros = constrain(jnp.zeros(int(_sizes(layout).sum())), layout, self.data)
+        full = unconstrain({**zeros, **given}, layout, self.data)
+        slots = jnp.append(full, 0.0).at[choice.slot].get(mode="fill", fill_value=0.0)
+        return np.concatenate([full[_shared_entries(layout)], slots])
 
-    def _free(self, name: str, value: Any) -> np.ndarray:
-        """A sampled quantity's unconstrained value."""
-        transform = biject_to(self.data.priors[name].support)
-        return np.asarray(transform.inv(jnp.asarray(value)))
+    def own_slots(
+        self, effect: str, own: Float[np.ndarray, " k"], point: Float[np.ndarray, " n"]
+    ) -> Float[np.ndarray, " k"]:
+        """What the slots hold of one effect whose unconstrained parameters are `own`, beside a point's
+        shared entries."""
+        names = self.slots_of((effect,))
+        if names != list(LAW):
+            return own
+        full = jnp.zeros(int(_sizes(self.layout).sum()))
+        full = full.at[_shared_entries(self.layout)].set(point[: self.shared])
+        places = np.asarray(self.choice((effect,)).slot[: len(names)])
+        return np.asarray(to_axes(full.at[places].set(own), self.layout, self.data))[places]
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""
@@ -143,6 +161,11 @@ def _of_effects(layout: Layout) -> np.ndarray:
     return np.array([name.split(".")[0] in layout.effects for name, _ in layout.shapes])
 
 
+def _shared_entries(layout: Layout) -> np.ndarray:
+    """Places in the full vector of the entries that all candidates share."""
+    return np.flatnonzero(np.repeat(~_of_effects(layout), _sizes(layout)))
+
+
 def _leaf_names(layout: Layout) -> list[str]:
     """Names of the leaves of Physical, in their order."""
     sampled = {name for name, _ in layout.shapes}
@@ -169,8 +192,7 @@ def shared_leaves(layout: Layout) -> np.ndarray:
 
 def _full(point: Float[Array, " n"], choice: Choice, layout: Layout) -> Float[Array, " full"]:
     """The layout's unconstrained vector: effects that have no slot at 0."""
-    sizes = _sizes(layout)
-    entries = np.flatnonzero(np.repeat(~_of_effects(layout), sizes))
+    sizes, entries = _sizes(layout), _shared_entries(layout)
     full = jnp.zeros(int(sizes.sum())).at[entries].set(point[: entries.size])
     return full.at[choice.slot].set(point[entries.size :], mode="drop")
 
@@ -192,11 +214,31 @@ def log_prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Float[Array, ""]:
     """Log prior density of a point, of shared entries and used slots."""
-    full, sizes = _full(point, choice, layout), _sizes(layout)
+    return _log_prior_of_sites(_sites_at(point, choice, layout, data), choice, layout, data)
+
+
+def prior_precision_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> Float[Array, "n n"]:
+    """Precision of that prior."""
+    frozen: dict[str, Any] = {"choice": choice, "layout": layout, "data": data}
+    return precision_through(
+        partial(_sites_at, **frozen), partial(_log_prior_of_sites, **frozen), point
+    )
+
+
+def _sites_at(point: Array, choice: Choice, layout: Layout, data: Data) -> Array:
+    """Unconstrained values of all sites, then what unused slots hold."""
+    unused = choice.slot >= int(_sizes(layout).sum())
+    full = from_axes(_full(point, choice, layout), layout, data)
+    return jnp.append(full, jnp.where(unused, point[-choice.slot.size :], 0.0))
+
+
+def _log_prior_of_sites(sites: Array, choice: Choice, layout: Layout, data: Data) -> Array:
+    sizes = _sizes(layout)
+    full, unused = sites[: -choice.slot.size], sites[-choice.slot.size :]
     places = {name: place for place, name in enumerate(layout.effects)}
     place = [places.get(name.split(".")[0], len(places)) for name, _ in layout.shapes]
     sampled = [float(name not in choice.constants) for name, _ in layout.shapes]
     acting = jnp.append(choice.on, 1.0)[np.repeat(place, sizes)] * np.repeat(sampled, sizes)
-    total = jnp.sum(acting * log_prior_entries(full, layout, data))
-    unused = choice.slot >= full.size
-    return total - 0.5 * jnp.sum(jnp.where(unused, point[-choice.slot.size :] ** 2, 0.0))
+    return jnp.sum(acting * site_priors(full, layout, data)) - 0.5 * jnp.sum(unused**2)

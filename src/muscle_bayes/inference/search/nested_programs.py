@@ -24,8 +24,13 @@ from muscle_bayes.inference.model.lane_model import (
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.running.program import program
-from muscle_bayes.inference.search.mode import LEAST_PRECISION
-from muscle_bayes.inference.search.nested import Choice, log_prior_at, shared_leaves, values_at
+from muscle_bayes.inference.search.nested import (
+    Choice,
+    log_prior_at,
+    prior_precision_at,
+    shared_leaves,
+    values_at,
+)
 
 
 class Motion(NamedTuple):
@@ -123,8 +128,8 @@ class Explained(NamedTuple):
     """sigma_hyst of side A."""
     pull: Float[Array, " n"]
     """Gradient of the log prior."""
-    prior: Float[Array, " n"]
-    """Diagonal of the prior's precision."""
+    prior: Float[Array, "n n"]
+    """Precision of the prior."""
 
     @property
     def errors(self) -> Float[Array, " error"]:
@@ -161,10 +166,9 @@ def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Expl
 def prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> tuple[Array, Array, Array]:
-    """Log prior density, its gradient, and the diagonal of its precision."""
+    """Log prior density, its gradient, and its precision."""
     here = partial(jax.value_and_grad(log_prior_at), choice=choice, layout=layout, data=data)
-    (value, pull), (_, bend) = jax.jvp(here, (point,), (jnp.ones_like(point),))
-    return value, pull, -bend
+    return *here(point), prior_precision_at(point, choice, layout, data)
 
 
 def _flat(parts: list[Array]) -> Array:
@@ -217,5 +221,4 @@ def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Dat
         return jax.jvp(judged, (point,), (direction,), has_aux=True)[1:]
 
     (gradient, slopes), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
-    precision = jnp.diag(jnp.maximum(found.prior, LEAST_PRECISION))
-    return Look(found, gradient, slopes @ slopes.T + precision, slopes)
+    return Look(found, gradient, slopes @ slopes.T + found.prior, slopes)

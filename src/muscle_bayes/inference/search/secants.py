@@ -56,7 +56,8 @@ def carried(here: Glance, known: Carried, there: Glance, move: Float[np.ndarray,
         + np.outer(along, pulled)
         + np.outer(pulled, along)
         + np.outer(along, along) * (missed @ missed)
-        + np.diag(np.asarray(there.prior) - np.asarray(here.prior)),
+        + np.asarray(there.prior)
+        - np.asarray(here.prior),
         slopes=slopes,
     )
 

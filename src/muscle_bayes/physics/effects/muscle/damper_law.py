@@ -14,13 +14,13 @@ KELVIN, REFERENCE = 273.15, 25.0
 
 
 class DamperLaw(Effect):
-    """B -> B exp(theta ((T_0 / T)^n - 1) / (n T_0)),  T_0 = 298.15 K
+    """B -> B exp(-(theta z + kappa z^2) / T_0),  z = 1 - T_0 / T,  T_0 = 298.15 K
 
-    theta: `activation_temperature` [K], slope of the logarithm in 1 / T at T_0; n: `shape` [-]; T:
-    temperature of the muscle, here in K. With eq. 17 level, n = 1 is Arrhenius' law, with theta the
-    activation energy over the gas constant; n = -1 is an exponential of T; large n falls steeply near T_0
-    and levels off above, as the law of Williams, Landel and Ferry does. theta = 0 is eq. 17. The prior's
-    width is a factor of three between 25 and 90 C.
+    theta: `activation_temperature` [K], fall of the logarithm per 1 / T at T_0; kappa: `curvature` [K];
+    T: temperature of the muscle, here in K. With eq. 17 level, kappa = 0 is Arrhenius' law, with theta the
+    activation energy over the gas constant; kappa = theta is an exponential of T, up to z^3; the law of
+    Williams, Landel and Ferry has kappa < 0: it falls steeply near T_0 and levels off above. Both 0 is
+    eq. 17. The priors' widths are factors of three and two between 25 and 90 C.
     Source: Ferry, Viscoelastic Properties of Polymers (1980), chapter 11.
     """
 
@@ -34,21 +34,19 @@ class DamperLaw(Effect):
             prior=lambda scales: dist.Normal(0.0, 2000.0),
             meaning="fall of the damper's logarithm with temperature, as an activation temperature at 25 C",
         ),
-        "shape": Parameter(
-            unit="1",
-            off=1.0,
-            prior=lambda scales: dist.Normal(1.0, 3.0),
-            meaning="1: Arrhenius; -1: exponential; large: as Williams, Landel and Ferry",
+        "curvature": Parameter(
+            unit="K",
+            off=0.0,
+            prior=lambda scales: dist.Normal(0.0, 6000.0),
+            meaning="0: Arrhenius; as the activation temperature: exponential; negative: levels off",
         ),
     }
 
     activation_temperature: Scalar
-    shape: Scalar
+    curvature: Scalar
 
     def __call__(self, value: Scalar, signals: Signals) -> Scalar:
         zero = REFERENCE + KELVIN
-        warmer = jnp.log((signals.temperature + KELVIN) / zero)
-        still = jnp.abs(self.shape) < 1e-6
-        shape = jnp.where(still, 1.0, self.shape)
-        change = jnp.where(still, -warmer, jnp.expm1(-shape * warmer) / shape)
-        return value * jnp.exp(self.activation_temperature * change / zero)
+        z = 1.0 - zero / (signals.temperature + KELVIN)
+        fall = z * (self.activation_temperature + self.curvature * z)
+        return value * jnp.exp(-fall / zero)
