@@ -72,7 +72,7 @@ def linearised(
         jnp.asarray(np.stack(parts, -1))
         for parts in zip(*(secants[k] for k in chosen), strict=True)
     ]
-    uneven = _asymmetries(up[: len(root)], down[: len(root)], expected(np.zeros(len(root))))
+    uneven = asymmetries(up[: len(root)], down[: len(root)], expected(np.zeros(len(root))))
     return Linearised(
         point=jnp.asarray(point),
         root=jnp.asarray(root),
@@ -83,7 +83,7 @@ def linearised(
     )
 
 
-def _asymmetries(
+def asymmetries(
     up: Sequence[list[np.ndarray]], down: Sequence[list[np.ndarray]], still: list[np.ndarray]
 ) -> Float[np.ndarray, " m"]:
     """By how much the changes up and down each direction differ, over what they have in common.
@@ -122,8 +122,8 @@ def surrogate_of(
     With predictions linear in u, so are the standardised one-step-ahead errors e of the readings. So the
     posterior of u is normal, of precision P = (de)'(de) + prior precision and mean P^-1 g, g being the
     slope of the log density at the point; the marginal density of the noise is the density at the point
-    times exp(g' P^-1 g / 2) / sqrt(det P). `spread` and the directions' `widths` scale the standard deviations
-    of what is proposed.
+    times exp(g' P^-1 g / 2) / sqrt(det P). `spread` and the directions' `widths` scale the standard
+    deviations of what is proposed.
     """
     count = len(entries)
     row = np.full(len(entry_names(layout)), count)
