@@ -18,6 +18,7 @@ from muscle_bayes.inference.model.density import (
     prior_precision,
     unconstrain,
 )
+from muscle_bayes.inference.sampling.kernels import Nuts
 from muscle_bayes.inference.search.tempering import entry_names
 from muscle_bayes.physics.effects import DamperLaw
 
@@ -31,6 +32,22 @@ def posed(priors=None):
     names = list(entry_names(problem.layout))
     point = jnp.asarray(np.random.default_rng(0).normal(0.0, 0.5, len(names)))
     return problem.layout, problem.data, names, point
+
+
+@pytest.mark.parametrize("walls", [("F_hyst_min",), ("F_hyst_min", "damper-law")])
+def test_nuts_tells_its_draws_along_the_axes(walls):
+    """Whether the law, of which parameters may be negative, is sliced or among the smooth sites."""
+    runs = read_runs([DATA / "staircase-139g.csv"])
+    problem = calibration_model(runs, effects=("coil-contact", "damper-law")).problem
+    layout, data, _, point = posed()
+    sampler = Nuts(walls=walls)
+    smooth = sampler.blocks(layout).smooth
+    held = {
+        name: dist.biject_to(data.priors[name].support).inv(value) if name in smooth else value
+        for name, value in constrain(point, layout, data).items()
+    }
+    seen = sampler.vectors({n: np.asarray(v)[None, None] for n, v in held.items()}, {}, problem)
+    np.testing.assert_allclose(seen[0, 0], point, atol=1e-10)
 
 
 def log_damper(values, celsius):
