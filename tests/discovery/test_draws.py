@@ -27,7 +27,7 @@ def _of(potential) -> Draws:
         data=None,
         used=3,
         potential=potential(np.zeros(3)),
-        seen=SimpleNamespace(prior=np.full(5, 0.01)),
+        seen=SimpleNamespace(prior=np.diag(np.full(5, 0.01))),
         precision=FactoredPrecision(np.diag(SPREAD**-2)),
         log_evidence=1.5 * np.log(2.0 * np.pi) + np.log(SPREAD).sum(),
     )

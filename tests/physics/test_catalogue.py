@@ -58,6 +58,8 @@ def test_the_twin_can_hide_every_effect_with_the_same_parameters():
     twins["second-relaxation"] |= {"unrested"}  # the twin simulates what comes before the first row
     # The twin's D is what friction slides at, and `breakaway` what it withstands above that at rest.
     twins["stribeck-friction"] = (twins["stribeck-friction"] - {"breakaway"}) | {"drop"}
+    # The twin's damper follows powers of T, exactly; the model has the first two terms of any law.
+    twins["damper-law"] = (twins["damper-law"] - {"shape"}) | {"curvature"}
     assert twins == {name: set(effect.parameters) for name, effect in CATALOGUE.items()}
 
 
