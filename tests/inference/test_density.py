@@ -18,9 +18,9 @@ from muscle_bayes.inference.model.density import (
     potential,
     unconstrain,
 )
-from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.lane_model import responses
 from muscle_bayes.inference.model.problem import Problem, pose
+from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 

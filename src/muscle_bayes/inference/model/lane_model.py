@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from muscle_bayes.conventions import STRAIN_EPSILON
-from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.muscle_prior import (
     LEAST_SHARE,
@@ -23,6 +22,7 @@ from muscle_bayes.inference.model.muscle_prior import (
 from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.records.parts import HEATERS, PLACES
 from muscle_bayes.inference.records.rig import filled, with_parameters
+from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.friction import FRICTION_LAWS

@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from muscle_bayes.inference.model.density import explained
-from muscle_bayes.inference.model.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.model.lane_model import (
     Inputs,
     LanePrediction,
@@ -23,6 +22,7 @@ from muscle_bayes.inference.model.lane_model import (
 )
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.problem import Data, Layout
+from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.nested import (
     Choice,
