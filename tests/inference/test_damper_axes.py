@@ -11,7 +11,7 @@ from numpyro import distributions as dist
 
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.calibration_model import calibration_model
-from muscle_bayes.inference.model.damper_axes import LAW, from_axes, to_axes
+from muscle_bayes.inference.model.damper_axes import LAW, from_axes, log_volume, to_axes
 from muscle_bayes.inference.model.density import (
     constrain,
     log_prior,
@@ -31,6 +31,7 @@ def posed(priors=None):
     problem = calibration_model(runs, effects=effects, priors=priors).problem
     names = list(entry_names(problem.layout))
     point = jnp.asarray(np.random.default_rng(0).normal(0.0, 0.5, len(names)))
+    point = point.at[names.index("softening")].set(0.3)
     return problem.layout, problem.data, names, point
 
 
@@ -61,7 +62,7 @@ def log_damper(values, celsius):
 
 def test_a_step_in_softening_keeps_the_damper_at_three_temperatures():
     layout, data, names, point = posed()
-    further = point.at[names.index("softening")].add(1.5)
+    further = point.at[names.index("softening")].set(0.1)
     here, there = (constrain(one, layout, data) for one in (point, further))
     assert there["softening"] > here["softening"] + 0.1
     kept = 57.5 + 32.5 * np.cos(np.pi * np.array([5.0, 3.0, 1.0]) / 6.0)
@@ -72,15 +73,30 @@ def test_a_step_in_softening_keeps_the_damper_at_three_temperatures():
     assert (np.abs(rest) < 0.05).all()
 
 
-def test_the_axes_are_a_shear():
+def test_the_axes_are_a_shear_with_a_stretch_of_softening():
     layout, data, _, point = posed()
     np.testing.assert_allclose(
         to_axes(from_axes(point, layout, data), layout, data), point, atol=1e-12
     )
     slopes = jax.jacfwd(from_axes)(point, layout, data)
-    assert np.linalg.det(np.asarray(slopes)) == pytest.approx(1.0, abs=1e-12)
+    volume = np.log(np.abs(np.linalg.det(np.asarray(slopes))))
+    assert volume == pytest.approx(float(log_volume(point, layout, data)), abs=1e-12)
     values = constrain(point, layout, data)
     np.testing.assert_allclose(unconstrain(values, layout, data), point, atol=1e-10)
+
+
+@pytest.mark.parametrize("place", [-0.6, -0.05, 0.003, 0.05, 0.4, 0.99, 1.02, 1.3])
+def test_the_axis_of_softening_is_linear_in_the_cube_of_its_rest_and_never_leaves_it(place):
+    layout, data, names, point = posed()
+    point = point.at[names.index("softening")].set(place)
+    softening = float(constrain(point, layout, data)["softening"])
+    np.testing.assert_allclose(
+        to_axes(from_axes(point, layout, data), layout, data), point, atol=1e-12
+    )
+    assert 0.0 < softening < 1.0
+    clipped = 0.01 * (np.logaddexp(0.0, place / 0.01) - np.logaddexp(0.0, (place - 1.0) / 0.01))
+    assert (1.0 - softening) ** 3 == pytest.approx(clipped, rel=1e-9)
+    assert np.isfinite(jax.grad(lambda v: log_prior(v, layout, data))(point)).all()
 
 
 def test_the_prior_is_that_of_the_sites():
@@ -93,9 +109,9 @@ def test_the_prior_is_that_of_the_sites():
         s, time = values["softening"], values["time_constant"]
         moved = (*LAW, "softening", "time_constant")
         densities = [data.priors[name].log_prob(values[name]) for name in moved]
-        return float(sum(densities) + jnp.log(s * (1.0 - s)) + jnp.log(time))
+        return float(sum(densities) - 2.0 * jnp.log(1.0 - s) + jnp.log(time))
 
-    further = point.at[entry].add(1.5)
+    further = point.at[entry].set(0.6)
     rise = float(log_prior(further, layout, data) - log_prior(point, layout, data))
     assert rise == pytest.approx(own(further) - own(point), abs=1e-9)
     assert abs(rise) > 0.1

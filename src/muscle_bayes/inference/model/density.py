@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float
 from numpyro import distributions as dist
 from numpyro.distributions import biject_to
 
-from muscle_bayes.inference.model.damper_axes import from_axes, to_axes
+from muscle_bayes.inference.model.damper_axes import from_axes, log_volume, to_axes
 from muscle_bayes.inference.model.lane_model import LanePrediction, Values, predictions, zeros_of
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.likelihood import noise_of, reading_distribution
@@ -144,7 +144,8 @@ def site_priors(free: Float[Array, " n"], layout: Layout, data: Data) -> Float[A
 
 def log_prior(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, ""]:
     """Log prior density of the unconstrained vector."""
-    return jnp.sum(site_priors(from_axes(vector, layout, data), layout, data))
+    priors = site_priors(from_axes(vector, layout, data), layout, data)
+    return jnp.sum(priors) + log_volume(vector, layout, data)
 
 
 def prior_precision(vector: Float[Array, " n"], layout: Layout, data: Data) -> Float[Array, "n n"]:

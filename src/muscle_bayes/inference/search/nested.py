@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from muscle_bayes.inference.model.damper_axes import LAW, from_axes, to_axes
+from muscle_bayes.inference.model.damper_axes import LAW, from_axes, log_volume, to_axes
 from muscle_bayes.inference.model.density import (
     constrain,
     precision_through,
@@ -117,7 +117,8 @@ class Nested:
         full = jnp.zeros(int(_sizes(self.layout).sum()))
         full = full.at[_shared_entries(self.layout)].set(point[: self.shared])
         places = np.asarray(self.choice((effect,)).slot[: len(names)])
-        return np.asarray(to_axes(full.at[places].set(own), self.layout, self.data))[places]
+        sites = from_axes(full, self.layout, self.data).at[places].set(own)
+        return np.asarray(to_axes(sites, self.layout, self.data))[places]
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""
@@ -214,7 +215,8 @@ def log_prior_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Float[Array, ""]:
     """Log prior density of a point, of shared entries and used slots."""
-    return _log_prior_of_sites(_sites_at(point, choice, layout, data), choice, layout, data)
+    sites = _log_prior_of_sites(_sites_at(point, choice, layout, data), choice, layout, data)
+    return sites + log_volume(_full(point, choice, layout), layout, data)
 
 
 def prior_precision_at(
