@@ -8,10 +8,9 @@ import pytest
 from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.discover import discover
 from muscle_bayes.twin import EFFECTS, save_runs, simulate
-from muscle_bayes.twin.effects import make_effect
-from muscle_bayes.twin.shipped import HIDDEN, SEED, shipped_runs, simulate_shipped
+from muscle_bayes.twin.shipped import SEED, shipped_runs
 
-HELD_OUT = "staircase-166g"
+DATA, HELD_OUT = Path(__file__).parents[2] / "data", "staircase-166g"
 
 
 @pytest.mark.slow
@@ -34,11 +33,9 @@ def test_an_effect_of_some_seconds_is_located_named_and_added(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_two_effects_in_the_same_runs_are_named(tmp_path: Path) -> None:
+def test_the_two_effects_in_the_shipped_runs_are_named() -> None:
     """Coil contact, the likeliest alone, does not predict better clearly: it needs the law beside it."""
-    drift = make_effect("damper-law", activation_temperature=3000.0)
-    save_runs(tmp_path / "runs", simulate_shipped(hidden=(*HIDDEN, drift)))
-    found = discover(read_runs([tmp_path / "runs"]), hold_out=["sawtooth"])
+    found = discover(read_runs([DATA]), hold_out=["sawtooth"])
     assert set(found.effects) == {"coil-contact", "damper-law"}
     assert not found.final.misfit.significant
     # The run that was held out is predicted better by both than by none.

@@ -1,5 +1,6 @@
 """One model with every candidate, against each candidate's own model."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -11,7 +12,7 @@ from muscle_bayes.data import read_runs
 from muscle_bayes.discovery.fit import Search
 from muscle_bayes.discovery.fitted import Fitted, Start, first_share, sampled_values
 from muscle_bayes.discovery.gate import without_blocks
-from muscle_bayes.discovery.nominal import nest, without_runs
+from muscle_bayes.discovery.nominal import nest, seen_parts, without_runs
 from muscle_bayes.inference.model.density import unconstrain
 from muscle_bayes.inference.model.prior_draws import prior_draws
 from muscle_bayes.inference.model.problem import pose
@@ -150,6 +151,16 @@ def test_readings_that_are_held_out_do_not_count(nested: Nested) -> None:
     part = without_blocks(nested.data, blocks, [1])
     hidden = np.asarray(part.lanes[0].weight).ravel()[: whole.weight.shape[1] // 2]
     assert np.all(hidden == 0.0)
+
+
+def test_a_fit_of_what_was_searched_has_the_first_part_of_runs_held_out(nested: Nested) -> None:
+    first, third = nested.problem.runs
+    whole, part = seen_parts((first, third), ["spring-3"])
+    assert whole is first
+    end = SETTLING_SHARE * third.duration
+    assert part.table["time"].iloc[-1] < end <= third.table["time"].iloc[len(part.table)]
+    few = replace(third, table=third.table[:20])
+    assert seen_parts((first, few), ["spring-3"]) == [first]
 
 
 def test_the_first_share_of_every_run_is_its_first_readings(nested: Nested) -> None:

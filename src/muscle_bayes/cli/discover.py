@@ -60,8 +60,8 @@ def discover(
     First says which effects these runs could show at all. An interrupt (Ctrl-C), or --budget, ends the
     search with the best answer so far. Says "none" where nothing is missing, and "unknown" where no
     named effect explains the misfit.
-    It also names effects that the data cannot distinguish. The revised model is then fitted in full.
-    Exits with 1 if that fit has not converged.
+    It also names effects that the data cannot distinguish. The revised model is then fitted in full, to
+    the readings that were searched. Exits with 1 if that fit has not converged.
 
     Examples:
         muscle-bayes discover data/staircase-*.csv data/sawtooth.csv --hold-out sawtooth
@@ -71,6 +71,7 @@ def discover(
 
     from muscle_bayes.data import read_runs
     from muscle_bayes.discovery.discover import discover as search
+    from muscle_bayes.discovery.nominal import seen_parts
     from muscle_bayes.inference.sampling.fit import EFFORTS, fit
     from muscle_bayes.progress import shown_progress
     from muscle_bayes.report.discovery_figures import write_figures
@@ -102,7 +103,7 @@ def discover(
     _show(console, found, out)
     with shown_progress() as report:
         posterior = fit(
-            [run for run in loaded if run.name not in held],
+            seen_parts(loaded, held),
             friction,
             found.effects,
             effort=EFFORTS[preset],

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from scipy.stats import norm
 
 from muscle_bayes.conventions import Friction
-from muscle_bayes.data.run import Run
+from muscle_bayes.data.run import MIN_ROWS, Run
 from muscle_bayes.discovery.fit import Search
 from muscle_bayes.discovery.fitted import Fitted, Start, sampled_values
 from muscle_bayes.inference.model.problem import Data, Problem, pose
@@ -138,3 +138,15 @@ def error_of_reading(search: Search) -> Float[np.ndarray, " error"]:
         mean = np.sqrt(search.noise[regime] ** 2 / np.maximum(weight, 1.0) + rounding)
         parts.append(mean.ravel())
     return np.concatenate(parts)
+
+
+def seen_parts(runs: Sequence[Run], hold_out: Collection[str]) -> list[Run]:
+    """The runs as a search sees them: of those held out the first part, if it has rows enough."""
+    seen = []
+    for run in runs:
+        end = SETTLING_SHARE * run.duration
+        if run.name not in hold_out:
+            seen.append(run)
+        elif (run.table["time"] < end).sum() >= MIN_ROWS:
+            seen.append(run.until(end))
+    return seen

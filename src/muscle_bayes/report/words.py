@@ -134,8 +134,11 @@ def revision(found: Numbers) -> str:
     """Which model the later stages use."""
     if found["fit"] != "revised":
         return "No effect was added, so the revised model is the nominal one."
-    return f"The revised model has {', '.join(found['effects'])}. " + converged(
-        "the revised model", found["summary"]
+    parts = [f"the first part of {run}" for run in found["first_parts"]]
+    return (
+        f"The revised model has {', '.join(found['effects'])}. "
+        f"It is fitted to {', '.join([*found['runs'], *parts])}. "
+        + converged("the revised model", found["summary"])
     )
 
 

@@ -177,7 +177,7 @@ def _discovery(plan: Plan) -> list[Stage | LeftOut]:
         "posterior of the model with what was found",
         plan.result("revised"),
         (50, 300),
-        runs=roles.fitted,
+        runs=(*roles.fitted, *roles.held_out),
         needs=(plan.result("effects"), *base),
         code=(*FIT, "report/posterior_figures.py", *LOOK, "study/published.py"),
         settings={

@@ -2,6 +2,7 @@
 
 import hashlib
 
+from muscle_bayes.discovery.nominal import seen_parts
 from muscle_bayes.inference.posteriors.posterior import Posterior
 from muscle_bayes.inference.posteriors.summary import summarise
 from muscle_bayes.inference.records.open_delay import with_open_delay
@@ -20,21 +21,33 @@ def make(plan: Plan, name: str, report: Report) -> None:
     """Write results/revised.json, and posteriors/revised.nc if effects were found.
 
     Effects that act on a muscle alone are fitted to the muscle's runs with the fixture's J and D as
-    prior, others to all runs together.
+    prior, others to all runs together. Of held-out runs the first part is fitted, as discovery did: an
+    effect may show there alone.
     """
     effects = tuple(plan.found("effects")["effects"])
     before = base_fits(plan)[-1]
-    nominal_effects = with_open_delay(plan.runs(plan.roles.fitted), plan.config.effects)
+    roles = plan.roles
+    nominal_effects = with_open_delay(plan.runs(roles.fitted), plan.config.effects)
     if effects == nominal_effects:
         write_json(plan.result(name), {"fit": before, "effects": list(effects), "figures": {}})
         return
-    apart = bool(plan.roles.fixture and plan.roles.muscle and not rotor_effects(effects))
-    posterior = _fit(plan, effects, apart, report)
+    apart = bool(roles.fixture and roles.muscle and not rotor_effects(effects))
+    seen = seen_parts(plan.fitted((*roles.fitted, *roles.held_out)), roles.held_out)
+    runs = [run for run in seen if run.has_muscle] if apart else seen
+    friction = plan.config.friction
+    posterior = fit(
+        runs,
+        friction,
+        effects,
+        effort=EFFORTS[plan.preset],
+        given=Posterior.load(plan.posterior(f"fixture-{friction}")) if apart else None,
+        seed=plan.config.seed,
+        report=report,
+    )
     posterior.save(plan.posterior("revised"))
     drawn = Drawn(plan)
     nominal = Posterior.load(plan.posterior(before))
-    printed = middles(values_of(plan.published, plan.config.friction, "muscle"))
-    runs = plan.runs(plan.roles.fitted)
+    printed = middles(values_of(plan.published, friction, "muscle"))
     drawn.add(
         "forest",
         forest_figure({"nominal": nominal, "revised": posterior}, printed),
@@ -50,23 +63,10 @@ def make(plan: Plan, name: str, report: Report) -> None:
             "fit": "revised",
             "replaces": [before] if apart else list(base_fits(plan)),
             "effects": list(effects),
+            "runs": [run.name for run in runs if run.name not in roles.held_out],
+            "first_parts": [run.name for run in runs if run.name in roles.held_out],
             "checksum": checksum,
             "summary": summarise(posterior),
             "figures": drawn.listed,
         },
-    )
-
-
-def _fit(plan: Plan, effects: tuple[str, ...], apart: bool, report: Report) -> Posterior:
-    """Of all runs, or of the muscle's `apart`."""
-    roles, friction = plan.roles, plan.config.friction
-    given = Posterior.load(plan.posterior(f"fixture-{friction}")) if apart else None
-    return fit(
-        plan.fitted(roles.muscle if apart else roles.fitted),
-        friction,
-        effects,
-        effort=EFFORTS[plan.preset],
-        given=given,
-        seed=plan.config.seed,
-        report=report,
     )
