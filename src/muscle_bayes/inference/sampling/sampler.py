@@ -13,6 +13,7 @@ from muscle_bayes.inference.model.problem import Problem
 from muscle_bayes.inference.running.programs import constrained_at, potential_at
 from muscle_bayes.inference.sampling.chains import Chains
 from muscle_bayes.inference.sampling.draws import Draws, worst_rhat
+from muscle_bayes.inference.sampling.gibbs_blocks import Slices
 from muscle_bayes.inference.sampling.kernels import LinearisedSteps, Nuts, Sampler
 from muscle_bayes.inference.search.mode import Mode
 
@@ -127,14 +128,18 @@ def first_to_mix(tried: Iterable[Chains], effort: Effort) -> tuple[Draws, Chains
 
 
 def _samplers(problem: Problem, mode: Mode) -> list[Sampler]:
-    """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion."""
+    """In the order in which they are tried. NUTS is good at swings, and often diverges on slow motion.
+
+    Effects and the model's own parameters pay for one another in part. Such posteriors are less normal,
+    so the smooth sites are given more steps a draw, and the walls fewer.
+    """
     layout, walls = problem.layout, walls_at(mode, problem)
-    apart: list[Sampler] = (
-        [LinearisedSteps(walls=walls + tuple(layout.effects))] if layout.effects else []
-    )
     nuts = Nuts(walls=walls)
-    others = [*apart, nuts] if "slow" in layout.regimes else [nuts, *apart]
-    return [LinearisedSteps(walls=walls), *others]
+    if not layout.effects:
+        return [LinearisedSteps(walls=walls), nuts]
+    longer = LinearisedSteps(walls=walls, steps=16, slices=Slices(wall_rounds=1, noise_rounds=2))
+    apart = LinearisedSteps(walls=walls + tuple(layout.effects))
+    return [longer, apart, nuts] if "slow" in layout.regimes else [longer, nuts, apart]
 
 
 def walls_at(mode: Mode, problem: Problem, *, least_cost: float = 50.0) -> tuple[str, ...]:
