@@ -198,7 +198,7 @@ def before_after_figure(found: Discovery, run: str, origin: str) -> Figure:
 def _overlay(axes, judged: Judged, run: str, name: str) -> None:
     prediction, check = judged.predictions[run], judged.checks[run]
     draw_readings(axes[0], prediction)
-    axes[0].set_title(f"{name}: RMSE {check.rmse:.3g} {check.unit}", fontsize=9)
+    axes[0].set_title(f"{name}\nRMSE {check.rmse:.3g} {check.unit}", fontsize=9)
     draw_residuals(axes[1], prediction)
     axes[1].set_xlabel("time [s]")
     if prediction.ahead_from > 0.0:

@@ -73,11 +73,12 @@ def draw_bands(axis: Axes, time: Values, draws: Values, told: str) -> None:
 
 
 def mark_origin(fig: Figure, origin: str) -> None:
-    """Say in the lower right corner that data are synthetic, where they are."""
-    if "synthetic" not in origin.lower():
+    """Say in the lower right corner that data are synthetic, where they are; once."""
+    said = "Synthetic data"
+    if "synthetic" not in origin.lower() or said in [text.get_text() for text in fig.texts]:
         return
     told: dict[str, Any] = {"x": 0.998, "ha": "right", "fontsize": SMALLEST, "color": GREY}
     if fig.get_supxlabel():  # its line is there already
-        fig.text(y=0.005, s="Synthetic data", va="bottom", **told)
+        fig.text(y=0.005, s=said, va="bottom", **told)
     else:
-        fig.supxlabel("Synthetic data", **told)
+        fig.supxlabel(said, **told)

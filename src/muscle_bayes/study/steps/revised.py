@@ -51,8 +51,9 @@ def make(plan: Plan, name: str, report: Report) -> None:
     drawn.add(
         "forest",
         forest_figure({"nominal": nominal, "revised": posterior}, printed),
-        f"How {' and '.join(effects)} changes the parameters: without it (circles) and with it (squares), "
-        "median, 50 and 90 % intervals." + (" Dashed: the published value." if printed else ""),
+        f"What adding {' and '.join(effects)} does to the parameters: before (circles) and after "
+        "(squares), median, 50 and 90 % intervals."
+        + (" Dashed: the published value." if printed else ""),
         origin_of(runs),
     )
     # The checksum tells later stages that the posterior is another one.
