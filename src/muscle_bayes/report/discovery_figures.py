@@ -105,7 +105,10 @@ def discovery_figure(found: Discovery, run: str, origin: str) -> Figure:
         if found.steps:
             axes[-1].sharey(axes[0])
         _bars(axes[1], found, most=5)
-        axes[1].set_title("what is missing?", fontsize=8)
+        then = [step.added for step in found.steps[1:]]
+        axes[1].set_title("what is missing?" + " First:" * bool(then), fontsize=8)
+        if then:
+            axes[1].set_xlabel(f"probability; then {', '.join(then)}")
         mark_origin(fig, origin)
     return fig
 
