@@ -179,9 +179,16 @@ def _discovery(plan: Plan) -> list[Stage | LeftOut]:
         (50, 300),
         runs=(*roles.fitted, *roles.held_out),
         needs=(plan.result("effects"), *base),
-        code=(*FIT, "report/posterior_figures.py", *LOOK, "study/published.py"),
+        code=(
+            *FIT,
+            "discovery/nominal.py",
+            "report/posterior_figures.py",
+            *LOOK,
+            "study/published.py",
+        ),
         settings={
             "friction": plan.config.friction,
+            "held_out": list(roles.held_out),
             "published": [table.model_dump() for table in plan.published],
         },
     )
