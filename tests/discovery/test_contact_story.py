@@ -28,7 +28,7 @@ def test_an_effect_of_some_seconds_is_located_named_and_added(tmp_path: Path) ->
     (step,) = found.steps
     closed = step.closed("sawtooth", found.floor["sawtooth"])
     assert closed is not None
-    assert closed > 0.8
+    assert closed > 0.75  # noise alone moves it by some hundredths
     assert not found.final.misfit.significant
 
 
