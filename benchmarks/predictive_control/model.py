@@ -8,6 +8,7 @@ import numpy as np
 from muscle_bayes.control.plant.joint import Joint
 from muscle_bayes.conventions import STRAIN_EPSILON
 from muscle_bayes.physics.effects.muscle.coil_contact import CoilContact
+from muscle_bayes.physics.effects.muscle.damper_law import DamperLaw
 from muscle_bayes.physics.linkage import Pins
 from muscle_bayes.physics.muscle import DAMPER_FLOOR, MuscleParameters
 
@@ -36,6 +37,8 @@ class Side(NamedTuple):
     parameters: dict[str, float]
     contact: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Stiffness [N], onset and width of touching coils."""
+    law: tuple[float, float] = (0.0, 0.0)
+    """Activation temperature and curvature of another damper law [K]."""
 
 
 class Numbers(NamedTuple):
@@ -55,14 +58,17 @@ class Numbers(NamedTuple):
 
 
 def numbers_of(joint: Joint) -> Numbers:
-    """Numbers of one joint. Raises ValueError for effects but touching coils, and linkages but pins."""
-    contact = (0.0, 0.0, 0.0)
+    """Numbers of one joint. Raises ValueError for effects but those of `Side`, and linkages but pins."""
+    contact, law = (0.0, 0.0, 0.0), (0.0, 0.0)
     for effect in joint.plant.effects:
-        if not isinstance(effect, CoilContact):
+        if isinstance(effect, CoilContact):
+            contact = float(effect.stiffness), float(effect.onset), float(effect.width)
+        elif isinstance(effect, DamperLaw):
+            law = float(effect.activation_temperature), float(effect.curvature)
+        else:
             raise ValueError(
-                "of effects, the predictive controller's model knows coil contact only"
+                "of effects, the predictive controller's model knows coil contact and damper law only"
             )
-        contact = float(effect.stiffness), float(effect.onset), float(effect.width)
     sides = []
     for muscle in joint.plant.muscles.values():
         pins = muscle.linkage
@@ -81,6 +87,7 @@ def numbers_of(joint: Joint) -> Numbers:
                 float(muscle.heated_fraction),
                 table,
                 contact,
+                law,
             )
         )
     first, second = sides
@@ -106,6 +113,12 @@ def _pushed(side: Side, strain: Any) -> Any:
     return stiffness * (depth - touched + touched**2 / (2.0 * max(width, 1e-12)))
 
 
+def _lawful(law: tuple[float, float], celsius: Any) -> Any:
+    """Factor of HYST's damper under another law of temperature, 1 at 25 C."""
+    z = (celsius - 25.0) / (celsius + 273.15)
+    return casadi.exp(-z * (law[0] + law[1] * z) / 298.15)
+
+
 def _pulled(side: Side, q: Any, hyst: Any, temperature: Any, room: float) -> tuple[Any, Any]:
     """Torque of one muscle [N m] and d sigma_hyst/dt [1/s], eq. 7 to 17."""
     p, base = side.parameters, side.base_length
@@ -119,6 +132,7 @@ def _pulled(side: Side, q: Any, hyst: Any, temperature: Any, room: float) -> tup
     tension = _tensile(stretch, base * p["K_modulus"], p["F_modulus_min"])
     relaxed = _tensile(hyst, base * p["K_hyst"], p["F_hyst_min"])
     damper = casadi.fmax(p["H"] * (warm + p["T_hyst_offset"]), DAMPER_FLOOR)
+    damper *= _lawful(side.law, warm)
     total = tension - _pushed(side, length / base - 1.0)
     return -total * side.radius * swing / length, (tension - relaxed) / (damper * base)
 

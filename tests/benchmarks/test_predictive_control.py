@@ -24,6 +24,7 @@ from muscle_bayes.control.judging.specification import Specification  # noqa: E4
 from muscle_bayes.control.plant.design import Design  # noqa: E402
 from muscle_bayes.control.plant.draws import JointDraws  # noqa: E402
 from muscle_bayes.physics.effects.muscle.coil_contact import CoilContact  # noqa: E402
+from muscle_bayes.physics.effects.muscle.damper_law import DamperLaw  # noqa: E402
 from muscle_bayes.physics.state import Drive  # noqa: E402
 
 GAIN, COOLING = 4.5, 0.02
@@ -118,13 +119,19 @@ def joint():
 
 
 @pytest.mark.parametrize("angle", [-0.1, 0.0, 0.07])
-@pytest.mark.parametrize("contact", [None, (300.0, 0.12, 0.02), (300.0, 0.12, 0.3)])
-def test_torque_and_relaxation_are_the_plants(joint, angle, contact):
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        (None, ()),
+        (CoilContact, (300.0, 0.12, 0.02)),
+        (CoilContact, (300.0, 0.12, 0.3)),
+        (DamperLaw, (3000.0, -1800.0)),
+    ],
+)
+def test_torque_and_relaxation_are_the_plants(joint, angle, effect, values):
     """Two codes of eq. 7 to 18."""
-    if contact is not None:
-        joint = dataclasses.replace(
-            joint, plant=joint.plant + CoilContact(*map(jnp.asarray, contact))
-        )
+    if effect is not None:
+        joint = dataclasses.replace(joint, plant=joint.plant + effect(*map(jnp.asarray, values)))
     hyst, warm = np.array([0.09, 0.07]), np.array([40.0, 85.0])
     torque, rates = torque_function(numbers_of(joint))(angle, hyst, warm)
     drive = Drive(jnp.asarray(warm), STILL, STILL)
@@ -196,7 +203,7 @@ def test_what_the_model_lacks_is_refused(joint):
     class Odd:
         plant = Effects
 
-    with pytest.raises(ValueError, match="coil contact only"):
+    with pytest.raises(ValueError, match="coil contact and damper law only"):
         numbers_of(Odd)
 
 
