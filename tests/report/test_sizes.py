@@ -55,7 +55,7 @@ def _discovered(steps: int):
     return SimpleNamespace(
         located=traced(1.0, (window,)),
         final=SimpleNamespace(misfit=traced(0.0, ())),
-        steps=(None,) * steps,
+        steps=tuple(SimpleNamespace(added=f"effect-{number}") for number in range(steps)),
         probabilities={"coil-contact": 0.9, "none": 0.06, "load-dependent-friction": 0.04},
     )
 
@@ -115,3 +115,11 @@ def test_a_figure_fits_a_printed_line_and_can_be_read(name):
         if one.get_visible() and one.get_text().strip() and one.get_fontsize() < SMALLEST
     }
     assert small == set()
+
+
+def test_a_discovery_of_two_effects_names_both():
+    axis = discovery_figure(_discovered(2), "a", "synthetic").axes[1]
+    assert axis.get_title(loc="left").endswith("First:")
+    assert axis.get_xlabel() == "probability; then effect-1"
+    alone = discovery_figure(_discovered(1), "a", "synthetic").axes[1]
+    assert (alone.get_title(loc="left"), alone.get_xlabel()) == ("what is missing?", "probability")

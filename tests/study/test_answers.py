@@ -10,6 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "criticism"))
 from known_cases import posterior_of
 
+from muscle_bayes.report import words
 from muscle_bayes.study.answers import answers
 from muscle_bayes.study.config import StudyConfig
 from muscle_bayes.study.published import THESIS
@@ -50,6 +51,17 @@ def test_quantities_follow_their_formulas():
     assert float(rows["contraction from 25 to 90 °C"][1]) == pytest.approx(7.475, rel=1e-3)
     assert rows["rotor inertia J"][3:] == ["kg m²", "0.001241", "no"]
     assert rows["stiffness of the muscle (MODULUS)"][4:] == ["186.0", "yes"]
+
+
+def test_the_report_says_what_the_revised_model_was_fitted_to():
+    revised = {
+        "fit": "revised", "effects": ["slack"], "runs": ["stairs"], "first_parts": ["saw"],
+        "summary": {"converged": True},
+    }  # fmt: skip
+    told = words.revision(revised)
+    assert told.startswith(
+        "The revised model has slack. It is fitted to stairs, the first part of saw."
+    )
 
 
 def test_a_rig_without_a_muscle_has_no_rows_of_one():
