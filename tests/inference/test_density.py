@@ -1,5 +1,6 @@
 """The log posterior against finite differences, a dense density and NumPyro's own."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import jax
@@ -20,7 +21,7 @@ from muscle_bayes.inference.model.density import (
 )
 from muscle_bayes.inference.model.lane_model import responses
 from muscle_bayes.inference.model.problem import Problem, pose
-from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.running.forward_jacobian import along_a_line, with_forward_jacobian
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 
@@ -98,9 +99,11 @@ def test_a_failed_solve_is_rejected(springs: Problem) -> None:
     assert log_likelihood(values, layout, data) == -jnp.inf
 
 
-def test_forward_jacobian_serves_both_modes() -> None:
-    wrapped = with_forward_jacobian(lambda x, scale: jnp.sin(x) * scale)
+@pytest.mark.parametrize("derived", [with_forward_jacobian, along_a_line])
+def test_forward_jacobian_serves_both_modes(derived: Callable) -> None:
+    wrapped = derived(lambda x, scale: jnp.sin(x) * scale)
     x = jnp.array([0.3, 1.1])
+    np.testing.assert_array_equal(wrapped(x, 2.0), 2.0 * jnp.sin(x))
     expected = np.diag(2.0 * np.cos(np.asarray(x)))
     np.testing.assert_allclose(jax.jacrev(wrapped)(x, 2.0), expected, rtol=1e-12)
     np.testing.assert_allclose(jax.jacfwd(wrapped)(x, 2.0), expected, rtol=1e-12)

@@ -27,14 +27,24 @@ import jax
 from muscle_bayes.data import read_runs
 from muscle_bayes.inference.model.density import potential
 from muscle_bayes.inference.model.problem import pose
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import explained_at
 
 with jax.enable_x64(True):
-    problem = pose(read_runs([sys.argv[1]]))
+    runs = read_runs(sys.argv[1:])
+    problem = pose(runs)
     size = sum(1 if not shape else shape[0] for _, shape in problem.layout.shapes)
-    program = jax.jit(potential, static_argnums=1).lower(
-        jax.ShapeDtypeStruct((size,), "float64"), problem.layout, problem.data
-    )
-print(hashlib.sha256(program.as_text().encode()).hexdigest())
+    lowered = [
+        jax.jit(potential, static_argnums=1).lower(
+            jax.ShapeDtypeStruct((size,), "float64"), problem.layout, problem.data
+        )
+    ]
+    model = Nested(pose(runs, "coulomb", ["viscous-friction"]), {"fast": 0.1, "slow": 0.1})
+    point = jax.ShapeDtypeStruct((model.shared + model.slots,), "float64")
+    program = jax.jit(explained_at.__wrapped__, static_argnums=2)
+    lowered.append(program.lower(point, model.choice(()), model.layout, model.data))
+    text = "".join(one.as_text() for one in lowered)
+    print(hashlib.sha256(text.encode()).hexdigest())
 """
 
 
@@ -71,7 +81,8 @@ def test_programs_do_not_depend_on_the_process() -> None:
     """Else nothing that an earlier process compiled would be found again."""
     found = set()
     for seed in ("1", "2"):
-        command = [sys.executable, "-c", LOWERED, str(DATA / "staircase-139g.csv")]
+        runs = [str(DATA / f"{name}.csv") for name in ("spring-1", "staircase-139g")]
+        command = [sys.executable, "-c", LOWERED, *runs]
         environment = os.environ | {"PYTHONHASHSEED": seed}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         found.add(done.stdout.strip())

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, groupby
 from typing import NamedTuple
 
 import jax
@@ -109,12 +109,14 @@ def _tried(
 ) -> dict[str, list[tuple[Candidate, Draw]]]:
     """Candidates of every effect with the draws they come from; none that cannot be simulated."""
     nested, kept, begun = search.nested, [], []
-    for row in rows:
-        slots = _unconstrained(nested, row[0], row[2])
-        if np.isfinite(slots).all():
-            kept.append((row, slots))
-            point = _joined(nested, base, base.point, row[0], slots)
-            begun.append(Start((*base.effects, row[0]), point, base.data))
+    for effect, given in groupby(rows, key=lambda row: row[0]):
+        some = list(given)
+        every = _unconstrained(nested, effect, np.stack([own for _, _, own in some]))
+        for row, slots in zip(some, every, strict=True):
+            if np.isfinite(slots).all():
+                kept.append((row, slots))
+                point = _joined(nested, base, base.point, effect, slots)
+                begun.append(Start((*base.effects, effect), point, base.data))
     found: dict[str, list[tuple[Candidate, Draw]]] = {}
     seen = search.explained(begun) if begun else []
     for (row, slots), start, one in zip(kept, begun, seen, strict=True):
@@ -229,11 +231,13 @@ def _drawn(
     return list(zip(weak.tolist(), np.stack(columns, axis=1), strict=True))
 
 
-def _unconstrained(nested: Nested, effect: str, own: np.ndarray) -> np.ndarray:
-    """An effect's parameters as `nested` holds them; not finite outside their support."""
+def _unconstrained(
+    nested: Nested, effect: str, own: Float[np.ndarray, "draw k"]
+) -> Float[np.ndarray, "draw k"]:
+    """Draws of an effect's parameters as `nested` holds them; not finite outside their support."""
     held = general(effect)
     supports = [
         nested.data.priors[f"{held}.{name}"].support for name in effect_type(effect).parameters
     ]
-    pairs = zip(supports, own, strict=True)
-    return np.array([float(biject_to(support).inv(x)) for support, x in pairs])
+    pairs = zip(supports, own.T, strict=True)
+    return np.stack([np.asarray(biject_to(support).inv(x)) for support, x in pairs], axis=1)

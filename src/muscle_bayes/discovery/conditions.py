@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from muscle_bayes.discovery.fitted import Fitted, whole_weights
-from muscle_bayes.inference.search.nested import Nested, values_at
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import values_of
 from muscle_bayes.physics.elements import Muscle
 
 SIGNALS: dict[str, str] = {
@@ -59,7 +60,7 @@ def traces(nested: Nested, fitted: Fitted, whole: bool = False) -> list[Trace]:
     """Residuals and signals of every run at a fitted point, held-out parts only if `whole`."""
     problem, layout = nested.problem, nested.layout
     data = whole_weights(nested, fitted.data) if whole else fitted.data
-    values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, data)
+    values = values_of(fitted.point, fitted.choice, layout, data)
     pieces: dict[int, list[dict[str, np.ndarray]]] = {}
     start = 0
     for group, (lanes, regime, owners) in enumerate(

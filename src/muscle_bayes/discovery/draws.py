@@ -15,7 +15,8 @@ from muscle_bayes.discovery.nominal import error_of_reading
 from muscle_bayes.discovery.result import Curve, Estimate
 from muscle_bayes.discovery.split_student import split_student
 from muscle_bayes.inference.posteriors.predict import Prediction, by_run, disturbances
-from muscle_bayes.inference.search.nested import Nested, general, values_at
+from muscle_bayes.inference.running.batches import of_draws
+from muscle_bayes.inference.search.nested import Nested, general
 from muscle_bayes.inference.search.nested_programs import values_of
 from muscle_bayes.physics.effects.empirical import TERMS, function_type, polynomial
 
@@ -114,7 +115,7 @@ def sampled(
 
 def _of_effect(nested: Nested, fitted: Fitted, draws: Draws, effect: str) -> dict[str, np.ndarray]:
     """Draws of an effect's parameters, as the nested model names them."""
-    drawn = values_of(jnp.asarray(draws.points), fitted.choice, nested.layout, fitted.data)
+    drawn = of_draws(values_of, draws.points, fitted.choice, nested.layout, fitted.data)
     return {name: np.asarray(drawn[name]) for name in nested.slots_of((effect,))}
 
 
@@ -192,7 +193,7 @@ def predictions(
     """
     nested, layout = search.nested, search.nested.layout
     data = search.whole(fitted).data
-    values = dict(values_at(jnp.asarray(fitted.point), fitted.choice, layout, data))
+    values = values_of(fitted.point, fitted.choice, layout, data)
     chosen = draws.points[np.linspace(0, len(draws.points) - 1, count).astype(int)]
     near = fitted.point + share * (chosen - fitted.point)
     rows = [Start(fitted.effects, point, data) for point in (fitted.point, *near)]

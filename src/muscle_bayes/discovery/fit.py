@@ -17,8 +17,14 @@ from muscle_bayes.inference.model.reduction import with_swings
 from muscle_bayes.inference.running.batches import of_rows
 from muscle_bayes.inference.running.programs import unconstrained
 from muscle_bayes.inference.search.least_squares import Row, least_squares
-from muscle_bayes.inference.search.nested import Nested, values_at
-from muscle_bayes.inference.search.nested_programs import Explained, Look, explained_at, look_at
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import (
+    Explained,
+    Look,
+    explained_at,
+    look_at,
+    values_of,
+)
 from muscle_bayes.inference.search.pivots import pivoted
 from muscle_bayes.inference.search.secants import Carried, carried
 from muscle_bayes.progress import Report, silent
@@ -222,7 +228,7 @@ class Search:
     def _pivoted(self, fitted: Fitted, data: Data) -> tuple[Values, Data]:
         """The fit's values, and the data with segments' pivots where they put them."""
         layout = self.nested.layout
-        values = values_at(jnp.asarray(fitted.point), fitted.choice, layout, data)
+        values = values_of(fitted.point, fitted.choice, layout, data)
         draws = {name: jnp.asarray(values[name])[None] for name, _ in layout.shapes}
         return values, pivoted(unconstrained(draws, layout, data)[0], layout, data)
 

@@ -12,8 +12,8 @@ from muscle_bayes.inference.model.discrepancy import LOG_2PI
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import Data
 from muscle_bayes.inference.search.factored import FactoredPrecision
-from muscle_bayes.inference.search.nested import Choice, Nested, values_at
-from muscle_bayes.inference.search.nested_programs import Explained, Look
+from muscle_bayes.inference.search.nested import Choice, Nested
+from muscle_bayes.inference.search.nested_programs import Explained, Look, values_of
 
 
 class Start(NamedTuple):
@@ -97,9 +97,10 @@ def first_share(data: Data, share: float, fewest: int = 12) -> Data:
     """The data with this share of every lane's observed intervals, from the first on; `fewest` at least."""
     lanes = []
     for group in data.lanes:
-        rank = jnp.cumsum(group.weight > 0, axis=1)
-        seen = rank <= jnp.maximum(share * rank[:, -1:], fewest)
-        lanes.append(group._replace(weight=jnp.where(seen, group.weight, 0.0)))
+        weight = np.asarray(group.weight)
+        rank = np.cumsum(weight > 0, axis=1)
+        seen = rank <= np.maximum(share * rank[:, -1:], fewest)
+        lanes.append(group._replace(weight=jnp.asarray(np.where(seen, weight, 0.0))))
     return data._replace(lanes=tuple(lanes))
 
 
@@ -111,7 +112,7 @@ def whole_weights(nested: Nested, data: Data) -> Data:
 
 def sampled_values(nested: Nested, fitted: Fitted) -> dict[str, Any]:
     """What is sampled at a fit, effects that are not on off: `nested.point` makes a point of it again."""
-    found = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
+    found = values_of(fitted.point, fitted.choice, nested.layout, fitted.data)
     values: dict[str, Any] = {name: np.asarray(found[name]) for name, _ in nested.layout.shapes}
     for regime, least in nested.least.items():
         # What is allowed in any case comes on top again.

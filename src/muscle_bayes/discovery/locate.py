@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from html import escape
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -18,7 +17,8 @@ from muscle_bayes.inference.model.likelihood import lasting_variance
 from muscle_bayes.inference.model.noise import NoiseParameters
 from muscle_bayes.inference.model.problem import TYPICAL_MISFIT_TIME
 from muscle_bayes.inference.model.rounding import rounded_errors
-from muscle_bayes.inference.search.nested import Nested, values_at
+from muscle_bayes.inference.search.nested import Nested
+from muscle_bayes.inference.search.nested_programs import values_of
 from muscle_bayes.markup import html_table
 
 SIGNIFICANT = 0.0085
@@ -193,7 +193,7 @@ def replicated_errors(
     two steps each run lies is drawn.
     """
     rng = np.random.default_rng(seed)
-    values = values_at(jnp.asarray(fitted.point), fitted.choice, nested.layout, fitted.data)
+    values = values_of(fitted.point, fitted.choice, nested.layout, fitted.data)
     places = rng.uniform(0.0, 1.0, (len(nested.problem.runs), count))
     parts = []
     for lanes, regime, owners, residual in zip(

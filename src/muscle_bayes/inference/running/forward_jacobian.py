@@ -9,6 +9,32 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array
 
 
+def along_a_line(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """`function(x, aux)` with its derivative in x, as the straight line through x.
+
+    For programs that always want the derivative: as `with_forward_jacobian`, but JAX traces the function
+    once. What differentiates the program sees the line, and second derivatives are 0.
+    """
+
+    def line(x: Any, aux: Any) -> Any:
+        still = jax.tree.map(jax.lax.stop_gradient, x)
+        value, rows = _jacobian(function, still, aux, still)
+        move, _ = ravel_pytree(jax.tree.map(jnp.subtract, x, still))
+        return jax.tree.map(lambda v, row: v + jnp.tensordot(move, row, axes=1), value, rows)
+
+    return line
+
+
+def _jacobian(function: Callable[[Any, Any], Any], x: Any, aux: Any, like: Any) -> tuple[Any, Any]:
+    """Value, and derivatives in the entries of x, leading; tangents are of the kind of `like`."""
+    flat, of_flat = ravel_pytree(like)
+
+    def along(direction: Array) -> Any:
+        return jax.jvp(lambda y: function(y, aux), (x,), (of_flat(direction),))
+
+    return jax.vmap(along, out_axes=(None, 0))(jnp.eye(flat.size, dtype=flat.dtype))
+
+
 def with_forward_jacobian(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
     """`function(x, aux)` whose derivative in x is its Jacobian, found once by forward mode.
 
@@ -27,12 +53,8 @@ def with_forward_jacobian(function: Callable[[Any, Any], Any]) -> Callable[..., 
     @wrapped.defjvp
     def rule(primals: Any, tangents: Any) -> Any:
         (x, aux), (dx, _) = primals, tangents
-        flat, of_flat = ravel_pytree(dx)
-
-        def along(direction: Array) -> Any:
-            return jax.jvp(lambda y: function(y, aux), (x,), (of_flat(direction),))
-
-        value, rows = jax.vmap(along, out_axes=(None, 0))(jnp.eye(flat.size, dtype=flat.dtype))
+        value, rows = _jacobian(function, x, aux, dx)
+        flat, _ = ravel_pytree(dx)
         return value, jax.tree.map(lambda row: jnp.tensordot(flat, row, axes=1), rows)
 
     return wrapped

@@ -26,7 +26,7 @@ def program[R](function: Callable[..., R]) -> Callable[..., R]:
     def shapes_of(arguments: tuple[Any, ...]) -> Hashable:
         moving = [one for place, one in enumerate(arguments) if place not in static]
         leaves, structure = jax.tree.flatten(moving)
-        shapes = tuple((getattr(x, "shape", ()), str(getattr(x, "dtype", ""))) for x in leaves)
+        shapes = tuple((getattr(x, "shape", ()), getattr(x, "dtype", type(x))) for x in leaves)
         return tuple(arguments[place] for place in static), structure, shapes
 
     @wraps(function)

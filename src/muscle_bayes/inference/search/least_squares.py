@@ -6,6 +6,7 @@ by one, and stop early where they fall behind; what is evaluated together is lef
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -44,7 +45,7 @@ class Row[L: Look]:
     sure: "Row[L] | None" = None
     """Where derivatives were evaluated last, if not here."""
 
-    @property
+    @cached_property
     def potential(self) -> float:
         """inf where anything of the look is not finite: no step leads there."""
         parts = self.look.potential, self.look.gradient, self.look.information

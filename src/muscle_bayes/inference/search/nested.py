@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, lru_cache, partial
 from typing import Any, NamedTuple
 
 import jax
@@ -19,6 +19,8 @@ from muscle_bayes.inference.model.density import (
 )
 from muscle_bayes.inference.model.lane_model import Physical, Values, part_names
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
+from muscle_bayes.inference.running.program import program
+from muscle_bayes.inference.running.programs import constrained_at
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.effects.empirical import PREFIX, SIGNALS, function_type
 from muscle_bayes.physics.muscle import MuscleParameters
@@ -68,8 +70,19 @@ class Nested:
         """Entries that all candidates share."""
         return int(sum(_sizes(self.layout)[~_of_effects(self.layout)]))
 
+    @cached_property
+    def _choices(self) -> dict[tuple[str, ...], Choice]:
+        """Those made so far."""
+        return {}
+
     def choice(self, effects: Sequence[str]) -> Choice:
         """The model with these effects on, in any order."""
+        key = tuple(effects)
+        if key not in self._choices:
+            self._choices[key] = self._chosen(key)
+        return self._choices[key]
+
+    def _chosen(self, effects: Sequence[str]) -> Choice:
         layout, sizes = self.layout, _sizes(self.layout)
         position = dict(
             zip((n for n, _ in layout.shapes), np.cumsum([0, *sizes]).tolist(), strict=False)
@@ -101,7 +114,7 @@ class Nested:
             n for (n, _), own in zip(layout.shapes, _of_effects(layout), strict=True) if not own
         }
         given = {n: values[n] for n in shared | set(self.slots_of(effects))}
-        zeros = constrain(jnp.zeros(int(_sizes(layout).sum())), layout, self.data)
+        zeros = constrained_at(np.zeros(int(_sizes(layout).sum())), layout, self.data)
         full = unconstrain({**zeros, **given}, layout, self.data)
         slots = jnp.append(full, 0.0).at[choice.slot].get(mode="fill", fill_value=0.0)
         return np.concatenate([full[_shared_entries(layout)], slots])
@@ -114,11 +127,10 @@ class Nested:
         names = self.slots_of((effect,))
         if names != list(LAW):
             return own
-        full = jnp.zeros(int(_sizes(self.layout).sum()))
-        full = full.at[_shared_entries(self.layout)].set(point[: self.shared])
+        full = np.zeros(int(_sizes(self.layout).sum()))
+        full[_shared_entries(self.layout)] = point[: self.shared]
         places = np.asarray(self.choice((effect,)).slot[: len(names)])
-        sites = from_axes(full, self.layout, self.data).at[places].set(own)
-        return np.asarray(to_axes(sites, self.layout, self.data))[places]
+        return np.asarray(_on_axes(full, own, places, self.layout, self.data))
 
     def shared_names(self) -> list[str]:
         """Name of each shared entry; runs' own carry the run's index."""
@@ -141,6 +153,19 @@ def is_function(effect: str) -> bool:
     return effect.startswith(f"{PREFIX}-")
 
 
+@program
+def _on_axes(
+    full: Float[Array, " n"],
+    own: Float[Array, " k"],
+    places: Int[Array, " k"],
+    layout: Layout,
+    data: Data,
+) -> Float[Array, " k"]:
+    """Places along the axes of those sites of a vector that are `own`."""
+    sites = from_axes(full, layout, data).at[places].set(own)
+    return to_axes(sites, layout, data)[places]
+
+
 def _constants(layout: Layout, effects: Sequence[str]) -> dict[str, Array]:
     """Constants of the layout's functions: of those that are on, signal and range."""
     chosen = {general(name): function_type(name) for name in effects if is_function(name)}
@@ -154,19 +179,23 @@ def _constants(layout: Layout, effects: Sequence[str]) -> dict[str, Array]:
     return {key: jnp.asarray(value) for key, value in constants.items()}
 
 
+@lru_cache(maxsize=64)
 def _sizes(layout: Layout) -> np.ndarray:
     return np.array([int(np.prod(shape)) for _, shape in layout.shapes])
 
 
+@lru_cache(maxsize=64)
 def _of_effects(layout: Layout) -> np.ndarray:
     return np.array([name.split(".")[0] in layout.effects for name, _ in layout.shapes])
 
 
+@lru_cache(maxsize=64)
 def _shared_entries(layout: Layout) -> np.ndarray:
     """Places in the full vector of the entries that all candidates share."""
     return np.flatnonzero(np.repeat(~_of_effects(layout), _sizes(layout)))
 
 
+@lru_cache(maxsize=64)
 def _leaf_names(layout: Layout) -> list[str]:
     """Names of the leaves of Physical, in their order."""
     sampled = {name for name, _ in layout.shapes}
@@ -205,7 +234,7 @@ def values_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: D
         for key, parameter in effect_type(name).parameters.items():
             acting = choice.on[index] > 0.5
             values[f"{name}.{key}"] = jnp.where(acting, values[f"{name}.{key}"], parameter.off)
-    for regime in set(layout.regimes):
+    for regime in sorted(set(layout.regimes)):  # in one order: else each process compiles anew
         least = choice.constants[f"{regime}.least"]
         values[f"{regime}.discrepancy"] = jnp.hypot(values[f"{regime}.discrepancy"], least)
     return values | choice.constants

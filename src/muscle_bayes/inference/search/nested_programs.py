@@ -1,7 +1,7 @@
 """What a candidate of a nested model says of every lane, as compiled programs."""
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -22,7 +22,7 @@ from muscle_bayes.inference.model.lane_model import (
 )
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.problem import Data, Layout
-from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.running.forward_jacobian import along_a_line
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.nested import (
     Choice,
@@ -41,12 +41,12 @@ class Motion(NamedTuple):
     """sigma_hyst of side A; 0 of segments."""
 
 
-@lru_cache(maxsize=64)
-def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
-    """Motion of one run, differentiable in chosen leaves of the plant and in its start.
+Predictor = Callable[[Any, Any], Motion]
+"""Motion of a lane from chosen leaves of the plant and what is its own, and from what is held fixed."""
 
-    `structure` is that of Inputs. Forward mode over these few: the rest would cost as much each.
-    """
+
+def _of_run(layout: Layout, regime: str, structure: Any) -> Predictor:
+    """Of one run, whose own are the leaves of its start. `structure` is that of Inputs."""
 
     def predict(moving: tuple[Array, Array], aux: tuple[Array, Array, Lanes]) -> Motion:
         (fixed, index, lane), (shared, own) = aux, moving
@@ -56,12 +56,11 @@ def _run_predictor(layout: Layout, regime: str, structure: Any) -> Callable[...,
         prediction = LanePrediction(response.averaged, None, response.finite * 1.0)
         return Motion(prediction, response.hyst[:, 0])
 
-    return jax.jit(with_forward_jacobian(predict))
+    return predict
 
 
-@lru_cache(maxsize=64)
-def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable[..., Motion]:
-    """Motion of one segment, differentiable in chosen leaves of the plant."""
+def _of_segment(layout: Layout, regime: str, structure: Any) -> Predictor:
+    """Of one segment, which has none of its own. `structure` is that of Physical."""
 
     def predict(moving: Array, aux: tuple[Array, Array, Lanes]) -> Motion:
         fixed, index, lane = aux
@@ -69,13 +68,20 @@ def _segment_predictor(layout: Layout, regime: str, structure: Any) -> Callable[
         physical = jax.tree.unflatten(structure, list(leaves))
         return Motion(of_segment(physical, lane, layout, regime), jnp.zeros_like(lane.time))
 
-    return jax.jit(with_forward_jacobian(predict))
+    return predict
 
 
 def motions_at(
-    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+    point: Float[Array, " n"],
+    choice: Choice,
+    layout: Layout,
+    data: Data,
+    derived: Callable[[Predictor], Predictor],
 ) -> list[Motion]:
-    """Motions of every lane, one entry a group."""
+    """Motions of every lane, one entry a group.
+
+    `derived` says how a lane's motion is differentiated: in the few numbers on which it depends.
+    """
     values = values_at(point, choice, layout, data)
     parts, shape = jax.tree.flatten(physical_of(values, layout, data))
     leaves = jnp.stack([jnp.asarray(leaf, float) for leaf in parts])
@@ -86,13 +92,13 @@ def motions_at(
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
         def of_segment_(lane: Lanes, regime: str = regime) -> Motion:
-            return _segment_predictor(layout, regime, shape)(moving, (fixed, index, lane))
+            return derived(_of_segment(layout, regime, shape))(moving, (fixed, index, lane))
 
         def of_run(lane: Lanes, origin: Origin, regime: str = regime) -> Motion:
             physical = jax.tree.unflatten(shape, list(leaves))
             structure = jax.tree.structure(Inputs(physical, origin))
             both = moving, jnp.stack(jax.tree.leaves(origin))
-            return _run_predictor(layout, regime, structure)(both, (fixed, index, lane))
+            return derived(_of_run(layout, regime, structure))(both, (fixed, index, lane))
 
         if cut:
             result.append(jax.vmap(of_segment_)(lanes))
@@ -101,16 +107,17 @@ def motions_at(
     return result
 
 
+def _underived(predict: Predictor) -> Predictor:
+    """Without derivatives."""
+    return predict
+
+
 @program
 def values_of(
-    points: Float[Array, "draw n"], choice: Choice, layout: Layout, data: Data
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> dict[str, Array]:
-    """Sampled values at many points."""
-
-    def one(point: Array) -> dict[str, Array]:
-        return {k: jnp.asarray(v) for k, v in values_at(point, choice, layout, data).items()}
-
-    return jax.vmap(one)(points)
+    """Sampled values at a point."""
+    return {k: jnp.asarray(v) for k, v in values_at(point, choice, layout, data).items()}
 
 
 class Explained(NamedTuple):
@@ -137,9 +144,15 @@ class Explained(NamedTuple):
         return self.parts[: len(self.parts) // 2]
 
 
-def _explained(point: Array, choice: Choice, layout: Layout, data: Data) -> Explained:
+def _explained(
+    point: Array,
+    choice: Choice,
+    layout: Layout,
+    data: Data,
+    derived: Callable[[Predictor], Predictor] = _underived,
+) -> Explained:
     values = values_at(point, choice, layout, data)
-    motions = motions_at(point, choice, layout, data)
+    motions = motions_at(point, choice, layout, data, derived)
     predicted = [motion.prediction for motion in motions]
     fits = explained(predicted, values, layout, data)
     total = sum(fit.log_density.sum() for fit in fits)
@@ -214,7 +227,7 @@ def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Dat
     """
 
     def judged(point: Array) -> tuple[tuple[Array, Array], Explained]:
-        found = _explained(point, choice, layout, data)
+        found = _explained(point, choice, layout, data, along_a_line)
         return (found.potential, found.parts), found
 
     def along(direction: Array) -> tuple[tuple[Array, Array], Explained]:
