@@ -20,6 +20,7 @@ from muscle_bayes.inference.posteriors.starts import SETTLING_SHARE
 from muscle_bayes.inference.running.programs import potential_at
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.inference.search.nested_programs import explained_at, look_at
+from muscle_bayes.physics.effects.empirical import TERMS, function_name
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 CANDIDATES = ("viscous-friction", "bias-torque")
@@ -132,7 +133,10 @@ def test_what_cannot_be_simulated_is_no_start(nested: Nested, fits) -> None:
 
 def test_a_fit_is_the_same_in_another_nested_model(nested: Nested, fits) -> None:
     search = Search(nested)
-    other, (plain, biased) = nest(search, ("bias-torque", "unknown-torque"), fits)
+    other, (plain, biased) = nest(search, ("bias-torque", "unknown-torque"), fits, slots=1 + TERMS)
+    both = ("bias-torque", function_name("torque", "q", -1.0, 1.0))
+    widest = other.nested.choice(both)
+    assert widest.slot.size == plain.choice.slot.size == biased.choice.slot.size  # one program
     assert plain.potential == pytest.approx(fits[0].potential, abs=1e-6)
     assert biased.potential == pytest.approx(fits[1].potential, abs=1e-6)
     assert other.nested.layout.effects == ("bias-torque", "unknown-torque")

@@ -15,7 +15,7 @@ from muscle_bayes.discovery.search import evidence
 from muscle_bayes.discovery.weigh import Naming, blocks_of, in_dispute
 from muscle_bayes.inference.search.nested import Nested
 from muscle_bayes.physics.effect import MUSCLE_PORTS
-from muscle_bayes.physics.effects.empirical import PORT_SIGNALS, PREFIX, function_name
+from muscle_bayes.physics.effects.empirical import PORT_SIGNALS, PREFIX, TERMS, function_name
 
 TRACED = {
     "q": ("angle", "position"),
@@ -106,7 +106,8 @@ def add_function(found: Found, enough: float = 0.9) -> None:
     search, base, last = found.search, found.base, found.last
     search.report("functions", 0, 2)
     unnamed = ports(search.nested)
-    inner, (plain, named) = nest(search, (*last.effects, *unnamed), (base, last))
+    slots = len(search.nested.slots_of(last.effects)) + TERMS
+    inner, (plain, named) = nest(search, (*last.effects, *unnamed), (base, last), slots)
     names = function_names(traces(inner.nested, named), unnamed)
     models = {"none": plain, "names": named}
     for key, one in {"instead": plain, "beside": named}.items():

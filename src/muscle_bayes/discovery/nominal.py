@@ -100,12 +100,16 @@ def nominal(
 
 
 def nest(
-    search: Search, effects: Sequence[str], fits: Sequence[Fitted]
+    search: Search, effects: Sequence[str], fits: Sequence[Fitted], slots: int
 ) -> tuple[Search, list[Fitted]]:
-    """The search in a model with these effects instead of its candidates, and fits carried over to it."""
+    """The search in a model with these effects instead of its candidates, and fits carried over to it.
+
+    A point has so many `slots`: with enough for every model to come, one program serves them all.
+    """
     nested, problem = search.nested, search.nested.problem
     posed = pose(problem.runs, problem.layout.friction, tuple(effects))
-    other = Nested(replace(posed, data=posed.data._replace(lanes=problem.data.lanes)), nested.least)
+    data = posed.data._replace(lanes=problem.data.lanes)
+    other = Nested(replace(posed, data=data), nested.least, slots)
     starts = [
         Start(
             one.effects,
