@@ -21,7 +21,7 @@ from muscle_bayes.inference.model.density import (
 )
 from muscle_bayes.inference.model.lane_model import responses
 from muscle_bayes.inference.model.problem import Problem, pose
-from muscle_bayes.inference.running.forward_jacobian import along_a_line, with_forward_jacobian
+from muscle_bayes.inference.running.forward_jacobian import first_order, with_forward_jacobian
 
 DATA = Path(__file__).parents[2] / "data" / "plain"
 
@@ -99,7 +99,7 @@ def test_a_failed_solve_is_rejected(springs: Problem) -> None:
     assert log_likelihood(values, layout, data) == -jnp.inf
 
 
-@pytest.mark.parametrize("derived", [with_forward_jacobian, along_a_line])
+@pytest.mark.parametrize("derived", [with_forward_jacobian, first_order])
 def test_forward_jacobian_serves_both_modes(derived: Callable) -> None:
     wrapped = derived(lambda x, scale: jnp.sin(x) * scale)
     x = jnp.array([0.3, 1.1])

@@ -9,20 +9,20 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array
 
 
-def along_a_line(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
-    """`function(x, aux)` with its derivative in x, as the straight line through x.
+def first_order(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """`function(x, aux)` as its first-order Taylor polynomial about x, by forward mode.
 
-    For programs that always want the derivative: as `with_forward_jacobian`, but JAX traces the function
-    once. What differentiates the program sees the line, and second derivatives are 0.
+    Value and first derivative are those of the function; second derivatives are 0. For programs that always
+    need the derivative: JAX traces less than with `with_forward_jacobian`. Without need of it, that is cheaper.
     """
 
-    def line(x: Any, aux: Any) -> Any:
+    def polynomial(x: Any, aux: Any) -> Any:
         still = jax.tree.map(jax.lax.stop_gradient, x)
         value, rows = _jacobian(function, still, aux, still)
         move, _ = ravel_pytree(jax.tree.map(jnp.subtract, x, still))
         return jax.tree.map(lambda v, row: v + jnp.tensordot(move, row, axes=1), value, rows)
 
-    return line
+    return polynomial
 
 
 def _jacobian(function: Callable[[Any, Any], Any], x: Any, aux: Any, like: Any) -> tuple[Any, Any]:

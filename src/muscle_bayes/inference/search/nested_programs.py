@@ -22,7 +22,7 @@ from muscle_bayes.inference.model.lane_model import (
 )
 from muscle_bayes.inference.model.lanes import Lanes
 from muscle_bayes.inference.model.problem import Data, Layout
-from muscle_bayes.inference.running.forward_jacobian import along_a_line
+from muscle_bayes.inference.running.forward_jacobian import first_order
 from muscle_bayes.inference.running.program import program
 from muscle_bayes.inference.search.nested import (
     Choice,
@@ -76,11 +76,11 @@ def motions_at(
     choice: Choice,
     layout: Layout,
     data: Data,
-    derived: Callable[[Predictor], Predictor],
+    differentiated: Callable[[Predictor], Predictor],
 ) -> list[Motion]:
     """Motions of every lane, one entry a group.
 
-    `derived` says how a lane's motion is differentiated: in the few numbers on which it depends.
+    `differentiated` makes a lane's motion differentiable, in the few numbers on which it depends.
     """
     values = values_at(point, choice, layout, data)
     parts, shape = jax.tree.flatten(physical_of(values, layout, data))
@@ -92,13 +92,13 @@ def motions_at(
     for lanes, regime, cut in zip(data.lanes, layout.regimes, layout.segmented, strict=True):
 
         def of_segment_(lane: Lanes, regime: str = regime) -> Motion:
-            return derived(_of_segment(layout, regime, shape))(moving, (fixed, index, lane))
+            return differentiated(_of_segment(layout, regime, shape))(moving, (fixed, index, lane))
 
         def of_run(lane: Lanes, origin: Origin, regime: str = regime) -> Motion:
             physical = jax.tree.unflatten(shape, list(leaves))
             structure = jax.tree.structure(Inputs(physical, origin))
             both = moving, jnp.stack(jax.tree.leaves(origin))
-            return derived(_of_run(layout, regime, structure))(both, (fixed, index, lane))
+            return differentiated(_of_run(layout, regime, structure))(both, (fixed, index, lane))
 
         if cut:
             result.append(jax.vmap(of_segment_)(lanes))
@@ -107,7 +107,7 @@ def motions_at(
     return result
 
 
-def _underived(predict: Predictor) -> Predictor:
+def _values_alone(predict: Predictor) -> Predictor:
     """Without derivatives."""
     return predict
 
@@ -149,10 +149,10 @@ def _explained(
     choice: Choice,
     layout: Layout,
     data: Data,
-    derived: Callable[[Predictor], Predictor] = _underived,
+    differentiated: Callable[[Predictor], Predictor] = _values_alone,
 ) -> Explained:
     values = values_at(point, choice, layout, data)
-    motions = motions_at(point, choice, layout, data, derived)
+    motions = motions_at(point, choice, layout, data, differentiated)
     predicted = [motion.prediction for motion in motions]
     fits = explained(predicted, values, layout, data)
     total = sum(fit.log_density.sum() for fit in fits)
@@ -227,7 +227,7 @@ def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Dat
     """
 
     def judged(point: Array) -> tuple[tuple[Array, Array], Explained]:
-        found = _explained(point, choice, layout, data, along_a_line)
+        found = _explained(point, choice, layout, data, first_order)
         return (found.potential, found.parts), found
 
     def along(direction: Array) -> tuple[tuple[Array, Array], Explained]:
