@@ -13,7 +13,7 @@ def first_order(function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
     """`function(x, aux)` as its first-order Taylor polynomial about x, by forward mode.
 
     Value and first derivative are those of the function; second derivatives are 0. For programs that always
-    need the derivative: JAX traces less than with `with_forward_jacobian`. Without need of it, that is cheaper.
+    need the derivative: JAX traces less than with `with_forward_jacobian`, cheaper for values alone.
     """
 
     def polynomial(x: Any, aux: Any) -> Any:
