@@ -41,7 +41,7 @@ with jax.enable_x64(True):
     ]
     model = Nested(pose(runs, "coulomb", ["viscous-friction"]), {"fast": 0.1, "slow": 0.1})
     point = jax.ShapeDtypeStruct((model.shared + model.slots,), "float64")
-    program = jax.jit(explained_at.__wrapped__, static_argnums=2)
+    program = jax.jit(explained_at, static_argnums=2)
     lowered.append(program.lower(point, model.choice(()), model.layout, model.data))
     text = "".join(one.as_text() for one in lowered)
     print(hashlib.sha256(text.encode()).hexdigest())

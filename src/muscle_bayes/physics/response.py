@@ -15,6 +15,7 @@ from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule, filtered
 from muscle_bayes.physics.simulation import at_rest, initial_state, simulate
 from muscle_bayes.physics.solvers import QuasiStatic, StickSlip
+from muscle_bayes.physics.solvers.node_loop import NodeLoop
 from muscle_bayes.physics.state import Drive, PlantState
 
 
@@ -38,7 +39,7 @@ def _solve(
     plant: Plant, drive: Schedule, state: PlantState, solver: QuasiStatic | StickSlip
 ) -> tuple[PlantState, Bool[Array, ""]]:
     """States at the drive's nodes, and whether they could be found; derivatives by forward mode."""
-    found = simulate(plant, drive, state, solver=solver, adjoint=diffrax.ForwardMode(), throw=False)
+    found = simulate(plant, drive, state, solver=solver, adjoint=NodeLoop(), throw=False)
     states: PlantState = found.ys  # type: ignore[assignment]
     return states, jnp.asarray(found.result == diffrax.RESULTS.successful)
 

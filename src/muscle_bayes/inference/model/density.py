@@ -197,14 +197,14 @@ def potential_given(
     return -(log_prior(vector, layout, data) + _total(fits))
 
 
-def potential_errors_and_scales(
+def likelihood_errors_and_scales(
     vector: Float[Array, " n"], layout: Layout, data: Data
 ) -> tuple[Float[Array, ""], Float[Array, " errors"]]:
-    """`potential`, and every standardised error e and the log of its scale s.
+    """Log likelihood, and every standardised error e and the log of its scale s.
 
     Their Jacobian j gives the Fisher information j'j = (de)'(de) + (d ln s)'(d ln s) in expectation.
     Errors alone would tell half of what is known of noise parameters, and steps be twice too long.
     """
     fits = lane_fits(constrain(vector, layout, data), layout, data)
     parts = [part.ravel() for fit in fits for part in (fit.errors, fit.log_scale)]
-    return -(log_prior(vector, layout, data) + _total(fits)), jnp.concatenate(parts)
+    return _total(fits), jnp.concatenate(parts)

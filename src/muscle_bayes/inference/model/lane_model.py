@@ -23,6 +23,7 @@ from muscle_bayes.inference.model.problem import Data, Layout
 from muscle_bayes.inference.records.parts import HEATERS, PLACES
 from muscle_bayes.inference.records.rig import filled, with_parameters
 from muscle_bayes.inference.running.forward_jacobian import with_forward_jacobian
+from muscle_bayes.inference.running.pruned import pruned
 from muscle_bayes.physics.effects import effect_type
 from muscle_bayes.physics.elements import Muscle
 from muscle_bayes.physics.friction import FRICTION_LAWS
@@ -174,6 +175,7 @@ def _simulator(layout: Layout, regime: str) -> Callable[[Inputs, Lanes], Respons
     """Response of one lane. One function object per layout: JAX traces it once, wherever it is used."""
 
     @jax.jit
+    @pruned
     def simulate(inputs: Inputs, lane: Lanes) -> Response:
         plant = plant_of(lane.plant, inputs.physical, layout)
         shown, speed, hyst, tension = inputs.origin

@@ -18,8 +18,8 @@ from muscle_bayes.physics.plant import Plant
 from muscle_bayes.physics.refinement import FineGrid
 from muscle_bayes.physics.schedule import Schedule
 
-SIZE_STEP = 64
-"""Lanes are padded to a multiple of this, so that similar data sets share compiled code."""
+LEAST_SIZE = 64
+"""Intervals of the shortest lanes."""
 
 
 class Lanes(NamedTuple):
@@ -69,6 +69,12 @@ class Lanes(NamedTuple):
     """Readings of a second record from the same start; None if there is only one."""
 
 
+def padded_size(intervals: int) -> int:
+    """Length to which lanes of so many intervals are padded, a power of 2: similar data sets share
+    compiled code. Simulations end with the longest run, so that what is padded costs little."""
+    return max(LEAST_SIZE, 1 << (intervals - 1).bit_length())
+
+
 def _pad(record: Record, size: int) -> Record:
     """The record lengthened to `size` intervals by intervals of no duration and no readings."""
     missing = size - record.time.size
@@ -105,7 +111,7 @@ def stacked_lanes(
     `index` counts those that have unknowns of their own; `typical` is a tension [N] where none was read.
     """
     longest = max(record.time.size for record in records)
-    size = -(-longest // SIZE_STEP) * SIZE_STEP
+    size = padded_size(longest)
     padded = [_pad(record, size) for record in records]
     plants = [rig(run.metadata) for run in runs]
     level = np.array([prior.reading_noise(run) for run in runs])

@@ -14,7 +14,7 @@ from numpyro import distributions as dist
 from muscle_bayes.conventions import GRAVITY
 from muscle_bayes.inference.model.density import lane_fits
 from muscle_bayes.inference.model.lane_model import physical_of, plant_of, zeros_of
-from muscle_bayes.inference.model.lanes import SIZE_STEP, Lanes
+from muscle_bayes.inference.model.lanes import Lanes, padded_size
 from muscle_bayes.inference.model.muscle_prior import resting_hyst
 from muscle_bayes.inference.model.problem import Data, Layout, Problem
 from muscle_bayes.inference.posteriors.predict import Draws
@@ -86,7 +86,7 @@ def _beginning(lanes: Lanes, cuts: Array) -> Lanes:
     """The first `cuts` seconds of each lane: later readings do not count and are not simulated."""
     lanes = lanes._replace(weight=jnp.where(lanes.time <= cuts[:, None], lanes.weight, 0.0))
     nodes = int(jnp.max(jnp.sum(lanes.schedule.time <= cuts[:, None], axis=1)))
-    size = min(SIZE_STEP * (nodes // SIZE_STEP + 1), lanes.time.shape[1])
+    size = min(padded_size(nodes + 1), lanes.time.shape[1])
     at_nodes, between = slice(size + 1), slice(size)
     schedule = lanes.schedule
     return lanes._replace(

@@ -11,7 +11,8 @@ from jaxtyping import Array, Float
 
 from muscle_bayes.errors import MuscleBayesError
 from muscle_bayes.inference.model.density import (
-    potential_errors_and_scales,
+    likelihood_errors_and_scales,
+    log_prior,
     prior_precision,
     unconstrain,
 )
@@ -63,16 +64,28 @@ class Seen(NamedTuple):
 
 
 @program
-def seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
-    """Potential, its gradient, and Gauss-Newton information plus prior precision."""
+def _likelihood_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
+    """Its part of the potential, with derivatives by forward mode."""
 
     def both(vector: Array) -> tuple:
-        found = potential_errors_and_scales(vector, layout, data)
+        found = likelihood_errors_and_scales(vector, layout, data)
         return found, found[0]
 
-    (gradient, jacobian), potential = jax.jacfwd(both, has_aux=True)(vector)
-    information = jacobian.T @ jacobian + prior_precision(vector, layout, data)
-    return Seen(potential, gradient, information)
+    (gradient, jacobian), log_likelihood = jax.jacfwd(both, has_aux=True)(vector)
+    return Seen(-log_likelihood, -gradient, jacobian.T @ jacobian)
+
+
+@program
+def _prior_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
+    """Its part: a program of its own, for it needs no simulation."""
+    log_density, gradient = jax.value_and_grad(log_prior)(vector, layout, data)
+    return Seen(-log_density, -gradient, prior_precision(vector, layout, data))
+
+
+def seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
+    """Potential, its gradient, and Gauss-Newton information plus prior precision."""
+    parts = _likelihood_at(vector, layout, data), _prior_at(vector, layout, data)
+    return jax.tree.map(jnp.add, *parts)
 
 
 def _descended(

@@ -120,11 +120,10 @@ def values_of(
     return {k: jnp.asarray(v) for k, v in values_at(point, choice, layout, data).items()}
 
 
-class Explained(NamedTuple):
-    """A point, judged. Errors are those of all groups, flat."""
+class Likelihood(NamedTuple):
+    """A point, judged by the readings. Errors are those of all groups, flat."""
 
-    potential: Float[Array, ""]
-    """Negative log posterior density."""
+    log_likelihood: Float[Array, ""]
     parts: Float[Array, " part"]
     """Standardised one-step-ahead errors, then the logs of their scales; 0 where nothing is observed."""
     log_densities: Float[Array, " error"]
@@ -133,8 +132,27 @@ class Explained(NamedTuple):
     """Reading minus model [log's unit]."""
     hyst: list[Float[Array, "lane interval"]]
     """sigma_hyst of side A."""
+
+
+class Prior(NamedTuple):
+    """A point, judged by the prior."""
+
+    log_density: Float[Array, ""]
     pull: Float[Array, " n"]
-    """Gradient of the log prior."""
+    """Gradient of the log density."""
+    precision: Float[Array, "n n"]
+
+
+class Explained(NamedTuple):
+    """A point, judged: `Likelihood` and `Prior` together."""
+
+    potential: Float[Array, ""]
+    """Negative log posterior density."""
+    parts: Float[Array, " part"]
+    log_densities: Float[Array, " error"]
+    residuals: list[Float[Array, "lane interval"]]
+    hyst: list[Float[Array, "lane interval"]]
+    pull: Float[Array, " n"]
     prior: Float[Array, "n n"]
     """Precision of the prior."""
 
@@ -144,44 +162,37 @@ class Explained(NamedTuple):
         return self.parts[: len(self.parts) // 2]
 
 
-def _explained(
+def _judged(likelihood: Likelihood, prior: Prior) -> Explained:
+    potential = -(likelihood.log_likelihood + prior.log_density)
+    return Explained(potential, *likelihood[1:], *prior[1:])
+
+
+def _likelihood(
     point: Array,
     choice: Choice,
     layout: Layout,
     data: Data,
     differentiated: Callable[[Predictor], Predictor] = _values_alone,
-) -> Explained:
+) -> Likelihood:
     values = values_at(point, choice, layout, data)
     motions = motions_at(point, choice, layout, data, differentiated)
     predicted = [motion.prediction for motion in motions]
     fits = explained(predicted, values, layout, data)
     total = sum(fit.log_density.sum() for fit in fits)
     finite = jnp.stack([fit.finite.all() for fit in fits]).all() & jnp.isfinite(total)
-    likelihood = jnp.where(finite, total, -jnp.inf)
     residuals = [
         lanes.reading - zeros_of(values, lanes, regime, cut)[:, None] - one.reading
         for one, lanes, regime, cut in zip(
             predicted, data.lanes, layout.regimes, layout.segmented, strict=True
         )
     ]
-    log_prior, pull, prior = prior_at(point, choice, layout, data)
-    return Explained(
-        potential=-(likelihood + log_prior),
+    return Likelihood(
+        log_likelihood=jnp.where(finite, total, -jnp.inf),
         parts=_flat([*(fit.errors for fit in fits), *(fit.log_scale for fit in fits)]),
         log_densities=_flat([fit.log_density for fit in fits]),
         residuals=residuals,
         hyst=[motion.hyst for motion in motions],
-        pull=pull,
-        prior=prior,
     )
-
-
-def prior_at(
-    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
-) -> tuple[Array, Array, Array]:
-    """Log prior density, its gradient, and its precision."""
-    here = partial(jax.value_and_grad(log_prior_at), choice=choice, layout=layout, data=data)
-    return *here(point), prior_precision_at(point, choice, layout, data)
 
 
 def _flat(parts: list[Array]) -> Array:
@@ -189,11 +200,35 @@ def _flat(parts: list[Array]) -> Array:
 
 
 @program
+def prior_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Prior:
+    """The prior at a point: a program of its own, for it needs no simulation."""
+    here = partial(jax.value_and_grad(log_prior_at), choice=choice, layout=layout, data=data)
+    return Prior(*here(point), prior_precision_at(point, choice, layout, data))
+
+
+@program
+def _likelihood_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> Likelihood:
+    return _likelihood(point, choice, layout, data)
+
+
 def explained_at(
     point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
 ) -> Explained:
     """How a point explains the readings."""
-    return _explained(point, choice, layout, data)
+    where = point, choice, layout, data
+    return _judged(_likelihood_at(*where), prior_at(*where))
+
+
+class Slopes(NamedTuple):
+    """Derivatives of a likelihood, by forward mode."""
+
+    gradient: Float[Array, " n"]
+    """Of the log likelihood."""
+    information: Float[Array, "n n"]
+    """Fisher information."""
+    parts: Float[Array, "n part"]
 
 
 class Look(NamedTuple):
@@ -219,19 +254,31 @@ class Look(NamedTuple):
 
 
 @program
+def _slopes_at(
+    point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data
+) -> tuple[Likelihood, Slopes]:
+    def judged(point: Array) -> tuple[tuple[Array, Array], Likelihood]:
+        found = _likelihood(point, choice, layout, data, first_order)
+        return (found.log_likelihood, found.parts), found
+
+    def along(direction: Array) -> tuple[tuple[Array, Array], Likelihood]:
+        return jax.jvp(judged, (point,), (direction,), has_aux=True)[1:]
+
+    (gradient, parts), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
+    return found, Slopes(gradient, parts @ parts.T, parts)
+
+
 def look_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Look:
     """A point and its derivatives, by forward mode.
 
     The information of normal errors e = r / s is (de)(de)' + (d ln s)(d ln s)'. Errors alone would tell
     half of what is known of noise parameters, whose steps would then be twice too long.
     """
-
-    def judged(point: Array) -> tuple[tuple[Array, Array], Explained]:
-        found = _explained(point, choice, layout, data, first_order)
-        return (found.potential, found.parts), found
-
-    def along(direction: Array) -> tuple[tuple[Array, Array], Explained]:
-        return jax.jvp(judged, (point,), (direction,), has_aux=True)[1:]
-
-    (gradient, slopes), found = jax.vmap(along, out_axes=(0, None))(jnp.eye(point.size))
-    return Look(found, gradient, slopes @ slopes.T + found.prior, slopes)
+    where = point, choice, layout, data
+    (likelihood, slopes), prior = _slopes_at(*where), prior_at(*where)
+    return Look(
+        _judged(likelihood, prior),
+        -(slopes.gradient + prior.pull),
+        slopes.information + prior.precision,
+        slopes.parts,
+    )

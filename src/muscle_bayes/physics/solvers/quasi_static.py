@@ -79,11 +79,11 @@ class QuasiStatic(PlantSolver):
     def advance(
         self, terms: diffrax.MultiTerm, drive: Segment, y: PlantState, first: Bool[Array, ""]
     ) -> PlantState:
-        t0, duration = drive.t0, drive.t1 - drive.t0
+        duration = drive.t1 - drive.t0
         half, middle = 0.5 * duration, 0.5 * (drive.t0 + drive.t1)
         origin, smooth = paired(y.memory), terms.terms[0].vf
-        still, hyst = jnp.zeros_like(y.q), (y.hyst[0], y.hyst[1])
-        begin = y._replace(speed=still, hyst=hyst, memory=origin)
+        hyst = (y.hyst[0], y.hyst[1])
+        begin = y._replace(speed=jnp.zeros_like(y.q), hyst=hyst, memory=origin)
 
         def moved(t: Scalar, at: PlantState, over: Scalar) -> Memory:
             def rates(memory: Memory) -> Mapping[str, Array | Pair]:
@@ -91,16 +91,25 @@ class QuasiStatic(PlantSolver):
 
             return materialise(exponential_step(rates, at.memory, origin, over, self._sides))
 
-        if y.memory:
-            begin = begin._replace(memory=moved(t0, begin, half))
-        there = materialise(self._crossed(terms, drive, begin, middle, duration))
-        if y.memory:
-            hyst = jax.tree.map(lambda a, b: 0.5 * (a + b), begin.hyst, there.hyst)
-            memory = moved(middle, there._replace(hyst=hyst), duration)
-            there = there._replace(memory=memory)
-        end = self._slid(_Balance(terms, drive, drive.t1, there, half))
+        def slide(at: PlantState, to_end: Bool[Array, ""]) -> tuple[PlantState, Scalar]:
+            if y.memory:
+                seen = jax.tree.map(lambda a, b: 0.5 * (a + b), hyst, at.hyst)
+                since, over = jnp.where(to_end, middle, drive.t0), jnp.where(to_end, duration, half)
+                memory = moved(since, at._replace(hyst=seen), over)
+                at = at._replace(memory=memory)
+            balance = _Balance(terms, drive, jnp.where(to_end, drive.t1, middle), at, half)
+            q = self._slid(balance)
+
+            def crossed() -> PlantState:
+                return materialise(self._crossed(balance, q, duration))
+
+            at = jax.lax.cond(to_end, lambda: at._replace(q=q), crossed)
+            return at, at.q
+
+        # To the middle and to the end: a loop, so that a slide is compiled once.
+        there, (passed, end) = jax.lax.scan(slide, begin, jnp.array([False, True]))
         lasts = duration > 0.0
-        speed = jnp.where(lasts, (end - there.q) / jnp.where(lasts, half, 1.0), 0.0)
+        speed = jnp.where(lasts, (end - passed) / jnp.where(lasts, half, 1.0), 0.0)
         arrived = PlantState(end, speed, jnp.stack(there.hyst), stacked(there.memory))
         return jax.tree.map(lambda a, b: jnp.where(lasts | first, a, b), arrived, y)
 
@@ -114,19 +123,12 @@ class QuasiStatic(PlantSolver):
     def _slid(self, balance: "_Balance") -> Scalar:
         return play(forces_at, balance.begin.q, balance, self._ends, self.search)
 
-    def _crossed(
-        self,
-        terms: diffrax.MultiTerm,
-        drive: Segment,
-        begin: PlantState,
-        middle: Scalar,
-        duration: Scalar,
-    ) -> PlantState:
-        """HYST at the step's end, the rotor in its middle."""
-        balance = _Balance(terms, drive, middle, begin, 0.5 * duration)
-        path = materialise(self._path(balance))
+    def _crossed(self, balance: "_Balance", at: Scalar, duration: Scalar) -> PlantState:
+        """HYST at the step's end, the rotor in its middle, from its rest `at` under the middle's drive."""
+        path = materialise(self._path(balance, at))
         moves = self._moves(balance, path, duration)
         q = path.at(tuple(0.5 * move for move in moves))
+        begin = balance.begin
         return begin._replace(q=q, hyst=self._after(begin.hyst, moves))
 
     def _after(self, hyst: Pair, moves: tuple[Scalar, ...]) -> Pair:
@@ -134,15 +136,15 @@ class QuasiStatic(PlantSolver):
             hyst = _with(hyst, side, hyst[side] + move)
         return hyst
 
-    def _path(self, balance: "_Balance") -> "_Path":
-        """The rotor's path under a drive, to first order in sigma_hyst.
+    def _path(self, balance: "_Balance", at: Scalar) -> "_Path":
+        """The rotor's path from its rest `at` under a drive, to first order in sigma_hyst.
 
         Where the rotor slides the balance of forces sets the tension, and HYST follows that and not the
         springs' stiffness. HYST seen from a rotor at rest would give way as soon as its own spring was
         relieved: far too little, where MODULUS is stiff.
         """
         q, duration = balance.begin.q, balance.duration
-        at = materialise(self._slid(balance))
+        at = materialise(at)
         (pull, dry), (slope, dry_slope) = jax.jvp(lambda x: forces_at(x, balance), (at,), (1.0,))
         relief = [balance.relief(side, at) for side in self._sides]
         # How hard would the rotor be pulled at q, temperature and HYST having moved? HYST first takes

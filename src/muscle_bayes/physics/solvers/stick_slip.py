@@ -68,23 +68,30 @@ class StickSlip(PlantSolver):
     def _crossed(self, terms: diffrax.MultiTerm, drive: Segment, y: PlantState) -> PlantState:
         """The state at the drive's end, memory being held."""
         leg = _Leg(terms, drive)
-        t0, duration = drive.t0, drive.t1 - drive.t0
-        slope = leg.first_slope(t0, y)
-        whole = leg.end(t0, y, slope, duration)
-        reverses = (slope.sign * whole.speed < 0.0) & (y.speed != 0.0)
 
-        def turned() -> PlantState:
-            after = leg.slope(drive.t1, whole, slope.sign)
-            share, there = materialise(
-                self._reversal(y, slope.rate, whole, after.rate, duration, reverses)
-            )
-            t = t0 + share * duration
-            back = leg.end(t, there, leg.first_slope(t, there), (1.0 - share) * duration)
-            return jax.tree.map(lambda a, b: jnp.where(reverses, a, b), back, whole)
+        def to_reversal(now: _Underway) -> _Underway:
+            t, left, y = now
+            slope = leg.first_slope(t, y)
+            whole = leg.end(t, y, slope, left)
+            reverses = (slope.sign * whole.speed < 0.0) & (y.speed != 0.0)
+            arrived = _Underway(t + left, jnp.zeros_like(left), whole)
 
-        # Reversals are rare: what they take is only done where any of a batch has one.
-        end = jax.lax.cond(eqxi.unvmap_any(reverses), turned, lambda: whole)
-        return self._at_stops(end)
+            def turned() -> _Underway:
+                after = leg.slope(t + left, whole, slope.sign)
+                share, there = self._reversal(y, slope.rate, whole, after.rate, left, reverses)
+                turned = materialise(_Underway(t + share * left, (1.0 - share) * left, there))
+                return jax.tree.map(lambda a, b: jnp.where(reverses, a, b), turned, arrived)
+
+            # Reversals are rare: what they take is only done where any of a batch has one.
+            return jax.lax.cond(eqxi.unvmap_any(reverses), turned, lambda: arrived)
+
+        def one_leg(now: _Underway, _: None) -> tuple[_Underway, None]:
+            onward = eqxi.unvmap_any(now.left > 0.0)
+            return jax.lax.cond(onward, to_reversal, lambda now: now, now), None
+
+        # To the reversal and back: a loop, so that a leg is compiled once.
+        begin = _Underway(drive.t0, drive.t1 - drive.t0, y)
+        return self._at_stops(jax.lax.scan(one_leg, begin, length=2)[0].y)
 
     def _reversal(
         self,
@@ -131,6 +138,15 @@ class StickSlip(PlantSolver):
         low, high = self.stops
         into = ((y.q >= high) & (y.speed > 0.0)) | ((y.q <= low) & (y.speed < 0.0))
         return y._replace(q=jnp.clip(y.q, low, high), speed=jnp.where(into, 0.0, y.speed))
+
+
+class _Underway(NamedTuple):
+    """A state within a step."""
+
+    t: Scalar
+    left: Scalar
+    """Of the step [s]."""
+    y: PlantState
 
 
 class _Slope(NamedTuple):
