@@ -95,11 +95,14 @@ def _descended(
     held: Sequence[int] = (),
     steps: int = 60,
     workers: int = 1,
+    least_gain: float = 1e-3,
 ) -> list[Row[Seen]]:
     def looker(points: Sequence[np.ndarray], _: Sequence[int]) -> list[Seen]:
         return of_rows(seen_at, [(point, data) for point in points], layout, workers)
 
-    return least_squares(looker, [np.asarray(start) for start in starts], held, steps)
+    return least_squares(
+        looker, [np.asarray(start) for start in starts], held, steps, least_gain=least_gain
+    )
 
 
 def _as_mode(row: Row[Seen]) -> Mode:
@@ -186,7 +189,7 @@ def _shaped(
         seen = up_to(share, layout, data)
         tempered = [misfit.white for misfit, _ in misfits(seen)]
         held = np.concatenate([noise, forces]) if count == 0 else noise
-        rows = _descended(tempered, layout, seen, list(held), 15, workers)
+        rows = _descended(tempered, layout, seen, list(held), 15, workers, least_gain=0.1)
         vectors = [jnp.asarray(row.point) for row in rows]
     return [
         _Shape(level, misfit.lasting, float(misfit.ratio))
