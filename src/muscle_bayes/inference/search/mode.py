@@ -77,14 +77,17 @@ def _likelihood_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Se
 
 @program
 def _prior_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
-    """Its part: a program of its own, for it needs no simulation."""
+    """Its part: a program of its own, for it needs neither runs nor simulation."""
     log_density, gradient = jax.value_and_grad(log_prior)(vector, layout, data)
     return Seen(-log_density, -gradient, prior_precision(vector, layout, data))
 
 
 def seen_at(vector: Float[Array, " n"], layout: Layout, data: Data) -> Seen:
     """Potential, its gradient, and Gauss-Newton information plus prior precision."""
-    parts = _likelihood_at(vector, layout, data), _prior_at(vector, layout, data)
+    parts = (
+        _likelihood_at(vector, layout, data),
+        _prior_at(vector, layout, data._replace(lanes=())),
+    )
     return jax.tree.map(jnp.add, *parts)
 
 

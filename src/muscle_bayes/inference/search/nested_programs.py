@@ -200,10 +200,14 @@ def _flat(parts: list[Array]) -> Array:
 
 
 @program
-def prior_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Prior:
-    """The prior at a point: a program of its own, for it needs no simulation."""
+def _prior_alone(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Prior:
     here = partial(jax.value_and_grad(log_prior_at), choice=choice, layout=layout, data=data)
     return Prior(*here(point), prior_precision_at(point, choice, layout, data))
+
+
+def prior_at(point: Float[Array, " n"], choice: Choice, layout: Layout, data: Data) -> Prior:
+    """The prior at a point: a program of its own, for it needs neither runs nor simulation."""
+    return _prior_alone(point, choice, layout, data._replace(lanes=()))
 
 
 @program
