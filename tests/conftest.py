@@ -1,7 +1,6 @@
 """Fixtures that several test folders share."""
 
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,19 +25,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.name not in LONGEST)
 
 
-MOST_MAPS = 30_000
-"""Of the 65,530 pieces of memory that Linux lets a process map; compiled code takes some each."""
-
-
 @pytest.fixture(scope="module", autouse=True)
 def few_memory_maps() -> Iterator[None]:
     """Without this, one process that runs all tests is aborted two thirds through."""
     yield
-    maps = Path("/proc/self/maps")
-    if "jax" in sys.modules and maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS:
-        import jax
+    from muscle_bayes.compiled import forget_much_compiled_code
 
-        jax.clear_caches()
+    forget_much_compiled_code()
 
 
 @pytest.fixture(scope="session")

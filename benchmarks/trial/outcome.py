@@ -6,11 +6,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 
 from benchmarks.trial.cases import Case, write_runs
 from benchmarks.trial.outside import OUTSIDE
+from muscle_bayes.compiled import forget_much_compiled_code
 from muscle_bayes.data import read_runs
 from muscle_bayes.data.run import Run
 from muscle_bayes.discovery.discover import applicable, discover
@@ -20,9 +20,6 @@ from muscle_bayes.discovery.result import Discovery, Judged
 from muscle_bayes.parallel.tasks import Tasks
 from muscle_bayes.physics.effects import CATALOGUE, effect_type
 from muscle_bayes.provenance import LIBRARIES, code_checksum
-
-MOST_MAPS = 30_000
-"""Of the 65,530 pieces of memory that Linux lets a process map; compiled code takes some each."""
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -37,9 +34,7 @@ def run_case(case: Case) -> dict[str, Any]:
             seed=case.seed,
             workers=1,
         )
-    maps = Path("/proc/self/maps")
-    if maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS:
-        jax.clear_caches()
+    forget_much_compiled_code()
     noise = error_of_reading(runs)
     verdict = found.verdict
     return {

@@ -1,6 +1,7 @@
-"""Where JAX keeps what it compiles, so that the next process need not compile it again."""
+"""What JAX compiles: where it is kept for the next process, and when this process forgets it."""
 
 import os
+import sys
 from pathlib import Path
 
 
@@ -22,3 +23,15 @@ def keep_compiled_code() -> Path:
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
     return Path(os.environ["JAX_COMPILATION_CACHE_DIR"])
+
+
+def forget_much_compiled_code(most_maps: int = 30_000) -> None:
+    """Have JAX forget what this process compiled, once it takes more than `most_maps` pieces of memory.
+
+    For processes that study many different rigs. Linux lets a process map 65,530 pieces, and aborts it
+    beyond; compiled code takes some each. Elsewhere, and before JAX is imported, nothing happens.
+    """
+    maps = Path("/proc/self/maps")
+    jax = sys.modules.get("jax")
+    if jax is not None and maps.exists() and maps.read_bytes().count(b"\n") > most_maps:
+        jax.clear_caches()

@@ -178,7 +178,8 @@ def _shaped(
     """Fit the whole shape of runs from every start, the noise set to the misfit before each round.
 
     Over growing horizons, then four rounds over the whole. In the first round minimum forces are held:
-    while all else is wrong, their prior alone would pull a spring open that has to be shut.
+    while all else is wrong, their prior alone would pull a spring open that has to be shut. Descents end
+    where a step gains less than a tenth of a nat, for the next round has another noise.
     """
     names = entry_names(layout)
     noise = np.flatnonzero(is_noise(names))
